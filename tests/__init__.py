@@ -1,1 +1,1 @@
-"""Tests of the virtual board; test doubles are imported as ``tests.support.<name>``."""
+"""Tests of the virtual board. Helpers are imported as ``tests.support.<name>``."""

@@ -40,14 +40,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @pytest.fixture
 def words(request: pytest.FixtureRequest) -> Words:
-    """Compare a text of the product with its golden words: ``words("grade", done.stderr)``."""
+    """Compare output of the product with its golden words: ``words("grade", done.stderr)``."""
     from tests.support.words import Words  # not before the root is on the path
 
     return Words(request)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Tests that were measured to be slow have the marker."""
+    """Mark the tests that were measured to be slow."""
     from tests.slow import mark  # not before the root is on the path
 
     mark(items)
@@ -55,10 +55,10 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> WorkStealingScheduling:
-    """A process that has nothing left to do takes some from another.
+    """Schedule tests so that an idle process takes tests from another process.
 
-    Slow tests stand side by side, and pytest-xdist's usual way gives them all to one: half of the time of a
-    full run on two cores, one of them did nothing.
+    Slow tests are listed together. The default of pytest-xdist gives them all to one process: with two cores, one was
+    idle for half of a full run.
     """
     from xdist.scheduler import WorkStealingScheduling
 
@@ -67,9 +67,9 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> WorkSte
 
 @pytest.fixture
 def interruptible() -> Iterator[None]:
-    """Programs that a test starts take Ctrl-C and hang-ups, also where the tests were started to ignore them.
+    """Let programs that tests start receive Ctrl-C and hang-ups, even if the tests were started to ignore them.
 
-    A shell starts a command with ``&`` so, and ``nohup`` does; what is ignored is inherited.
+    A shell's ``&`` and ``nohup`` ignore these signals, and programs inherit this setting.
     """
     usual = {signal.SIGINT: signal.default_int_handler}
     if sys.platform != "win32":

@@ -1,12 +1,12 @@
-"""Which tests are slow: ``python -m tests.slow [PATH ...]`` measures them and writes ``tests/slow.txt``.
+"""List of slow tests: ``python -m tests.slow [PATH ...]`` measures tests and writes ``tests/slow.txt``.
 
-A test in that list has the marker ``slow``; ``pytest -m "not slow"`` is the set for between two changes,
-under 90 seconds on two cores, and the full one stays the default. Measured is the time of the processor, of
-processes that a test starts as well, so that a busy machine gives the same list. All cases of a parametrised
-test count together: a thousand cases of 5 ms are as slow as one of 5 s.
+A test in this list has the marker ``slow``. ``pytest -m "not slow"`` is the set for use between two changes, under 90
+seconds on two cores; the full set is the default. The processor time is measured, including that of processes that a
+test starts, so that a busy machine gives the same list. All cases of a parametrised test count together: a thousand
+cases of 5 ms are as slow as one of 5 s.
 
 Decision: slow tests are in a list from measured times, not marked in the code, because marks of tests that have
-become fast would stay. Entries of tests that are gone are refused by a test.
+become fast would stay. A test refuses entries of tests that do not exist.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ _MEASURED = "FCU_MEASURED_TESTS"  # names the file that the measuring process wr
 
 
 def test_function(nodeid: str) -> str:
-    """A test without its case: of ``tests/unit/test_spi.py::test_a[1]`` what is before the bracket."""
+    """Return a test without its case: the part before the bracket of ``tests/unit/test_spi.py::test_a[1]``."""
     return nodeid.partition("[")[0]
 
 
 def listed() -> dict[str, float]:
-    """Seconds of each slow test, by its name."""
+    """Return the seconds of each slow test, by its name."""
     lines = LIST.read_text(encoding="utf-8").splitlines() if LIST.exists() else []
     return {name: float(seconds) for seconds, name in (line.split() for line in lines)}
 
 
 def mark(items: list[pytest.Item]) -> None:
-    """Give the marker to the tests in the list."""
+    """Add the marker to the tests in the list."""
     slow = listed()
     for item in items:
         if test_function(item.nodeid) in slow:
@@ -52,7 +52,7 @@ def _used_s() -> float:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
-    """As a plugin of the measuring run: note what each test took."""
+    """Note the time of each test, as a plugin of the measuring run."""
     before = _used_s()
     try:
         return (yield)
@@ -62,7 +62,7 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object
 
 
 def _measure(paths: list[str]) -> dict[str, float]:
-    """Run the tests one after the other."""
+    """Run the tests one after the other, and return their times."""
     command = [sys.executable, "-m", "pytest", "-q", "-n", "0", "-p", "tests.slow", *paths]
     found: dict[str, float] = defaultdict(float)
     with tempfile.TemporaryDirectory() as folder:
@@ -75,7 +75,7 @@ def _measure(paths: list[str]) -> dict[str, float]:
 
 
 def main(paths: list[str]) -> None:
-    """Measure what is asked for, and keep what is known of the rest."""
+    """Measure the given tests, and keep the known times of the others."""
     measured = _measure(paths)
     kept = {name: seconds for name, seconds in listed().items() if name not in measured and is_there(name)}
     slow = kept | {name: seconds for name, seconds in measured.items() if seconds >= SLOW_S}
@@ -84,7 +84,7 @@ def main(paths: list[str]) -> None:
 
 
 def is_there(name: str) -> bool:
-    """Whether the file has a function of that name, or a hypothesis state machine's ``TestName = ...``."""
+    """Return whether the file has a function of this name, or a ``TestName = ...`` of a Hypothesis state machine."""
     file, *classes, function = name.split("::")
     path = LIST.parents[1] / file
     told_by = f"\n{classes[-1]} = " if function == "runTest" else f"def {function}("

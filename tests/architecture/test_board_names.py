@@ -1,4 +1,4 @@
-"""Only a board's file, the lab's own tools and lists of the chip's blocks name a bus, a LED or a timer."""
+"""Only a board's file, the lab's own tools and lists of the chip's peripherals name a bus, a LED or a timer."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ EMULATOR = ROOT / "emulator"
 NAMES = {*FCU001V1.buses(), FCU001V1.serial.peripheral, FCU001V1.timer.peripheral, *FCU001V1.leds}
 NAMED = re.compile(rf"(?<![A-Za-z0-9])({'|'.join(map(re.escape, sorted(NAMES)))})(?![0-9])", re.IGNORECASE)
 SETTINGS = {field.name for field in dataclasses.fields(Settings)}
-"""Of the lab's firmware, which scenarios pass on."""
+"""Settings of the lab's firmware, which scenarios pass on."""
 MAY = (
     "boards/",
     "chip/memory_map.py",  # every block of the chip, by name
@@ -38,7 +38,7 @@ FILES = sorted(
 
 
 def code(path: Path) -> Iterator[str]:
-    """Names and texts of a file, without its docstrings, which may give examples."""
+    """Return the names and texts of a file without its docstrings, which may give examples."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
     documented = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
     texts = {

@@ -1,4 +1,4 @@
-"""A function has a docstring that says more than its name, or none."""
+"""A docstring of a function says more than the name of the function."""
 
 from __future__ import annotations
 

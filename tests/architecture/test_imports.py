@@ -1,8 +1,8 @@
-"""The layers, read from the imports: what may know what. Imports point one way, and the edges are few.
+"""Imports follow the layers of the project: they have one direction, and their number is limited.
 
-``sensors`` and ``firmware_model`` know nothing of ours; ``emulator`` knows
-both, and where firmware is chosen ``firmware_model``. Heavy or narrow libraries are known in one place each.
-What Windows does not have is never imported by merely importing a package.
+``sensors`` and ``firmware_model`` import no other package of the project. ``emulator`` imports both, but
+``firmware_model`` only where firmware is selected. Each large or special library is imported in one place. Importing
+a package never imports a module that Windows does not have.
 """
 
 from __future__ import annotations
@@ -71,13 +71,13 @@ ORDER = (
     "cli",
     "__main__",
 )
-"""From the bottom up; ``emulator`` is the package's own ``__init__``, which hands out the board."""
+"""Layers from the bottom up. ``emulator`` is the package's own ``__init__``, which exports the board."""
 POSIX_ONLY = {"fcntl", "grp", "posix", "pty", "pwd", "resource", "termios", "tty"}
 LONGEST = 600
 
 
 class Import(NamedTuple):
-    """A module named by an import statement; ``eager`` if importing the file alone executes it."""
+    """A module named by an import statement. ``eager``: whether importing the file executes the import."""
 
     module: str
     eager: bool
@@ -89,7 +89,7 @@ def tree(name: str) -> ast.Module:
 
 
 def dotted(name: str) -> str:
-    """``emulator/links/pty.py`` as ``emulator.links.pty``."""
+    """Return a path such as ``emulator/links/pty.py`` as ``emulator.links.pty``."""
     return name.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
 
 
@@ -108,12 +108,12 @@ def imports(name: str) -> tuple[Import, ...]:
 
 
 def ours(module: str) -> str:
-    """A module by its folder in the repository: the public names are those of emulator/."""
+    """Return a module of the project by its folder in the repository: the public names are those of emulator/."""
     return "emulator" if module == "fcu_emulator" else module.removeprefix("fcu_emulator.")
 
 
 def named(name: str, node: ast.Import | ast.ImportFrom) -> Iterator[str]:
-    """``from a import b`` names the module a.b where there is one, otherwise a."""
+    """Return the module that ``from a import b`` names: a.b if this is a module, otherwise a."""
     if isinstance(node, ast.Import):
         yield from (ours(alias.name) for alias in node.names)
         return
@@ -134,7 +134,7 @@ def top(module: str) -> str:
 
 
 def eager_ours(module: str) -> set[str]:
-    """Modules of ours that importing ``module`` imports at once, their packages included."""
+    """Return the modules of the project, with their packages, that an import of ``module`` imports at once."""
     found = {entry.module for entry in imports(MODULES[module]) if entry.eager and entry.module in MODULES}
     parents = {parent for one in (*found, module) for parent in packages_of(one)}
     return (found | parents) - {module}
@@ -147,7 +147,7 @@ def packages_of(module: str) -> Iterator[str]:
 
 
 def reached_from(module: str) -> set[str]:
-    """Everything of ours that is loaded once ``module`` has been imported."""
+    """Return all modules of the project that are loaded after an import of ``module``."""
     reached, waiting = set(), [module]
     while waiting:
         one = waiting.pop()
@@ -199,7 +199,7 @@ def test_packages_import_one_another_in_one_direction() -> None:
 def test_imports_have_no_cycles() -> None:
     """Imports inside functions and for type checkers count like all others.
 
-    Whoever imports a module out of a package it does not belong to loads that package's ``__init__``, too.
+    An import of a module in another package also loads the ``__init__`` of that package.
     """
     graph = {module: _needed_by(module) for module in MODULES}
     resting: set[str] = set()
@@ -217,7 +217,7 @@ def _needed_by(module: str) -> set[str]:
 
 
 def _circle(graph: dict[str, set[str]], among: set[str]) -> list[str]:
-    """One circle of those that are left, for the message; nothing if none are left."""
+    """Return one of the remaining cycles for the message, or nothing if there is none."""
     path: list[str] = []
     one = min(among, default=None)
     while one is not None and one not in path:
@@ -227,13 +227,16 @@ def _circle(graph: dict[str, set[str]], among: set[str]) -> list[str]:
 
 
 def package_or_module(module: str) -> str:
-    """The folder or module of the emulator, or the package, that a module belongs to."""
+    """Return the package, or the folder or module of the emulator, to which a module belongs."""
     parts = module.split(".")
     return parts[1] if parts[0] == "emulator" and len(parts) > 1 else parts[0]
 
 
 def test_packages_import_only_lower_packages() -> None:
-    """The list is the order: each may import those before it. Late and typing imports count."""
+    """The list has the order of the packages: each may import those before it.
+
+    Imports in functions and for types count.
+    """
     upward = {
         (name, entry.module)
         for name in NAMES
@@ -273,7 +276,7 @@ def test_every_file_has_docstring() -> None:
 
 
 def test_file_length_is_limited() -> None:
-    """Files of sensors hold a chapter of a datasheet each, and none has more than 600 lines."""
+    """A file of the sensors has one chapter of a datasheet and at most 600 lines."""
     lengths = {name: len((ROOT / name).read_text(encoding="utf-8").splitlines()) for name in NAMES}
 
     assert {name: length for name, length in lengths.items() if length > LONGEST} == {}

@@ -36,7 +36,7 @@ PATTERNS = {
     "go on, anew": (r"\b(?:go(?:es|ing)? on|went on|anew)\b", 0.5),
     "is no": (r"\b(?:is|are|was|were) no\b", 2),
 }
-"""Each pattern with the most times that it may occur in 10,000 words."""
+"""Each pattern with its maximum number of occurrences in 10,000 words."""
 REGISTERS = {"registers", "registers.py", "memory_map.py"}
 """Folder and files with the descriptions of registers, in the words of the manuals."""
 SUBJECTS_SINCE = "f1e11b6fbbd1584a6c399f6d284c2e1f9a152b89"
@@ -87,7 +87,7 @@ def comments() -> str:
 
 @cache
 def messages() -> str:
-    """Return the texts of at least three words in the code that are not docstrings: errors, findings, help, reports."""
+    """Return all texts of at least three words that are not docstrings: errors, findings, help, reports."""
     found = []
     for path in product_files():
         if REGISTERS & {path.name, path.parent.name}:
@@ -123,7 +123,7 @@ def test_pattern_is_rare(name: str, text_of: Callable[[], str]) -> None:
 
 
 def subjects() -> list[str]:
-    """Return the last hundred commit subjects; none without the history, as in an archive of the sources."""
+    """Return the last hundred commit subjects, or an empty list without a history, as in an archive of the sources."""
     git = shutil.which("git")
     if git is None:
         return []

@@ -1,4 +1,4 @@
-"""The C files of the chip: no warnings, readable, and what the library was built from."""
+"""The C files of the chip compile without warnings, are readable, and are the sources of the built library."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lint, format and types, as part of the tests: one command says whether the tree is good."""
+"""Linting, formatting and types are part of the tests, so that one command checks the whole tree."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[2]
 
 @pytest.fixture(autouse=True)
 def linked() -> None:
-    """Types are checked where the four folders are one package."""
+    """Return the folder in which the four folders are one package, so that types can be checked."""
     subprocess.run([sys.executable, "building/namespace.py"], cwd=ROOT, check=True)
 
 
@@ -42,7 +42,7 @@ def test_tree_is_clean(command: list[str]) -> None:
     ids=["lint", "types"],
 )
 def test_recipe_for_sensor_and_board_is_clean(command: list[str], tmp_path: Path) -> None:
-    """The files of docs/recipes.md, by the settings of the project."""
+    """The files of docs/recipes.md are checked with the settings of the project."""
     sources = recipe.sources()
     for name, source in sources.items():
         (tmp_path / f"{name}.py").write_text(source, encoding="utf-8")
@@ -63,7 +63,7 @@ def test_recipe_for_sensor_and_board_is_clean(command: list[str], tmp_path: Path
 
 @pytest.mark.parametrize("platform", ["win32", "darwin"])
 def test_no_call_is_missing_on_another_system(platform: str) -> None:
-    """A type checker knows what each standard library has."""
+    """The type checker knows the contents of the standard library on each system."""
     command = [sys.executable, "-m", "mypy", "--no-incremental", "--platform", platform]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
 

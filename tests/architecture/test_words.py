@@ -1,4 +1,4 @@
-"""Golden words belong to tests that exist."""
+"""Each golden text belongs to an existing test."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Workflows only call commands of the repository, with the least permissions, and linters accept the folder .github."""
+"""Workflows only call commands of the repository and have minimal permissions. Linters accept the folder .github."""
 
 from __future__ import annotations
 
@@ -20,12 +20,15 @@ GITHUB = ROOT / ".github"
 FILES = sorted((GITHUB / "workflows").iterdir())
 FORMS = sorted(path for path in (GITHUB / "ISSUE_TEMPLATE").iterdir() if path.stem != "config")
 TRIGGERS = {"push", "pull_request", "workflow_dispatch"}
-"""Not ``pull_request_target`` and ``workflow_run``: these run with the rights of the repository."""
+"""Permitted triggers.
+
+``pull_request_target`` and ``workflow_run`` are not, because they run with the repository's rights.
+"""
 PERMISSIONS = {
     "pypa/gh-action-pypi-publish": {"id-token": "write"},
     "actions/deploy-pages": {"id-token": "write", "pages": "write"},
 }
-"""Permissions by the action that needs them. Other jobs may read the repository."""
+"""Permissions by the action that needs them. Other jobs may only read the repository."""
 PINNED = re.compile(r"uses: [\w-]+/[\w./-]+@[0-9a-f]{40} # v\d+\.\d+\.\d+")
 SCHEMAS = {
     "vendor.github-workflows": FILES,
@@ -58,7 +61,7 @@ def actions(job: dict[str, Any]) -> set[str]:
 
 
 def is_in_repository(command: str) -> bool:
-    """Whether a line calls an executable file of the repository, or a Python program of it."""
+    """Return whether a line calls an executable file or a Python program of the repository."""
     program, *arguments = shlex.split(command)
     if program == "python":
         return bool(arguments) and (ROOT / arguments[0]).is_file()

@@ -35,7 +35,7 @@ def conversion_ps(sampling: int = SHORTEST_SAMPLING, resolution: int = FULL_RESO
 
 
 def battery_v(raw: int) -> float:
-    """As ST's own firmware for the board has it: the battery's divider is 10 kOhm over 20 kOhm."""
+    """Return the battery's voltage as ST's firmware for the board computes it, with a divider of 10 kOhm over 20 kOhm."""
     return raw * VOLTS_PER_LSB * (10 + 20) / 20
 
 
@@ -53,7 +53,7 @@ def adc(chip: Chip) -> Adc:
 
 
 def connect_sequence(adc: Adc, voltages: list[float]) -> None:
-    """Put the voltages on channels 0, 1, ..., which become the sequence of regular conversions."""
+    """Put the voltages on channels 0, 1, ..., and make these channels the sequence of regular conversions."""
     for channel in range(len(voltages)):
         adc.inputs.connect(channel, partial(voltages.__getitem__, channel))
     adc.write(SQR1, (len(voltages) - 1) << 20)  # L
@@ -92,7 +92,7 @@ def test_disabled_adc_does_not_convert(chip: Chip, adc: Adc) -> None:
 def test_internal_channels_have_to_be_switched_on(
     chip: Chip, adc: Adc, channel: int, with_tsvrefe_v: float, with_vbate_v: float
 ) -> None:
-    """RM0368 11.9, 11.10; datasheet: 0.76 V at 25 degC, 2.5 mV/degC, reference 1.21 V; the die is at 30."""
+    """RM0368 11.9, 11.10; datasheet: 0.76 V at 25 degC, 2.5 mV/degC, reference 1.21 V. The die has 30 degC."""
     adc.write(SQR3, channel)
     for switched_on, volts in ((0, 0.0), (TSVREFE, with_tsvrefe_v), (VBATE, with_vbate_v)):
         adc.write(CCR, ADCPRE_DIV4 | switched_on)
@@ -102,7 +102,7 @@ def test_internal_channels_have_to_be_switched_on(
 
 
 def test_factory_calibration_agrees_with_sensor(chip: Chip, adc: Adc) -> None:
-    """Datasheet: VREFIN_CAL, TS_CAL1 at 30 degC and TS_CAL2 at 110 degC, from 0x1FFF7A2A on, all at 3.3 V."""
+    """Datasheet: VREFIN_CAL, TS_CAL1 at 30 degC and TS_CAL2 at 110 degC, from 0x1FFF7A2A, all at 3.3 V."""
     calibration = struct.unpack_from("<3H", system_memory(), 0x1FFF_7A2A - SYSTEM_MEMORY)
     adc.write(CCR, ADCPRE_DIV4 | TSVREFE)
     seen = []
@@ -119,7 +119,7 @@ def test_factory_calibration_agrees_with_sensor(chip: Chip, adc: Adc) -> None:
 def test_resolution_and_alignment_change_time_and_result(
     chip: Chip, adc: Adc, resolution: int, bits: int
 ) -> None:
-    """RM0368 11.7, 11.4: fewer bits are faster; results are left-aligned in 16 bits, those of 6 bits in 8."""
+    """RM0368 11.7, 11.4: fewer bits are faster. Results are left-aligned in 16 bits, results of 6 bits in 8."""
     adc.inputs.connect(3, lambda: 3.3)
     adc.write(SQR3, 3)
     adc.write(CR1, resolution << 24)  # RES
@@ -156,7 +156,7 @@ def test_scan_by_dma(chip: Chip, adc: Adc) -> None:
 
 
 def test_requests_stop_after_last_transfer_without_dds(chip: Chip, adc: Adc) -> None:
-    """RM0368 11.12.3, DDS; writing 0 and 1 to DMA lets the requests begin anew (11.8.1)."""
+    """RM0368 11.12.3, DDS. Writing 0 and then 1 to DMA makes requests possible again (11.8.1)."""
     results: list[int] = []
     chip.dma.serve("ADC1", lambda: results.append(adc.read(DR)))
     adc.write(CR2, ADON | DMA | SWSTART)
@@ -173,7 +173,7 @@ def test_requests_stop_after_last_transfer_without_dds(chip: Chip, adc: Adc) -> 
 
 
 def test_overrun_stops_scan(chip: Chip, adc: Adc) -> None:
-    """RM0368 11.8.2: with EOCS each result must be read in time; the first of them stays in DR."""
+    """RM0368 11.8.2: with EOCS each result must be read in time. After an overrun, DR keeps the first result."""
     connect_sequence(adc, [0.0, 1.65, 3.3])
     adc.write(CR1, SCAN | OVRIE)
     adc.write(CR2, ADON | EOCS | SWSTART)
@@ -196,7 +196,7 @@ def test_end_of_conversion_interrupt(chip: Chip, adc: Adc) -> None:
 
 
 def test_continuous_conversion_gives_voltage_when_read(chip: Chip, adc: Adc) -> None:
-    """RM0368 11.3.5; the model converts only when DR is read, which nobody can tell."""
+    """RM0368 11.3.5. The model converts only when DR is read, which firmware cannot detect."""
     adc.write(CR2, ADON | CONT | SWSTART)
     chip.run_to(PS_PER_MS)
     adc.inputs.battery_v = 3.0
@@ -208,7 +208,7 @@ def test_continuous_conversion_gives_voltage_when_read(chip: Chip, adc: Adc) -> 
 
 
 def test_unmodelled_conversions_are_noted(chip: Chip, adc: Adc) -> None:
-    """Injected conversions, and the analog watchdog."""
+    """Unmodelled conversions are injected conversions and the analog watchdog."""
     adc.write(CR2, JSWSTART)
     adc.write(CR1, AWDEN)
     assert [what for what, _ in chip.notes()] == ["not modelled", "not modelled"]

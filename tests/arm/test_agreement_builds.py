@@ -1,7 +1,6 @@
-"""The other builds in C against the Python model: the template, and both programs on the real board's SPI2.
+"""The other builds in C agree with the Python model: the template, and both programs with the sensors on SPI2.
 
-On SPI2 there is no Python firmware to run beside them (the sensors are not on its bus), but it can be given
-what they have read there.
+Python firmware cannot run with the sensors on SPI2. It can be replayed on the samples that the C program has read.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ quality = "ideal"
 
 @pytest.mark.parametrize(("in_c", "in_python"), [("solution", "lab3"), ("template-arm", "template")])
 def test_builds_without_noise_print_equal_bytes(tmp_path: Path, in_c: str, in_python: str) -> None:
-    """No samples differ, whenever they are taken; on a tilted board that has a hard iron, twice."""
+    """Without noise, samples do not depend on their times. The board is tilted and has a hard iron; it runs twice."""
     scenario = write(tmp_path, STILL)
     _, one = ran(in_c, scenario, 2.3)
     _, other = ran(in_python, scenario, 2.3)
@@ -42,14 +41,14 @@ def test_builds_without_noise_print_equal_bytes(tmp_path: Path, in_c: str, in_py
 
 
 def _complete(observation: Observation) -> list[str]:
-    """Lines until the last pressure; what comes after depends on when the run ended."""
+    """Return the lines up to the last pressure. Later lines depend on the time at which the run ended."""
     lines = [line.text for line in observation.sequences[TERMINAL]]
     last = max(number for number, text in enumerate(lines) if "Pre: " in text)
     return lines[:last]
 
 
 def test_ideal_board_equals_model() -> None:
-    """The shipped noisy scenario with ``ideal``: no noise, and it does not move."""
+    """The shipped noisy scenario is run with ``ideal``, so that it has no noise, and the board does not move."""
     _, one = ran("solution", "flat", 1.2, ideal=True)
     _, other = ran("lab3", "flat", 1.2, ideal=True)
 
@@ -80,7 +79,7 @@ def test_builds_for_spi2_agree(in_c: str, in_python: str, scenario: str, seconds
 
 
 def test_both_wirings_end_with_lab_settings() -> None:
-    """Final registers. Over SPI2 with three wires, the I2C halves off, byte by byte."""
+    """The final registers are compared. Over SPI2 the firmware uses three wires, no I2C, and single bytes."""
     settings = {}
     for wiring in ("lab3", "fcu001v1"):
         board, _ = ran("solution", "flat", 1.06, wiring=wiring)

@@ -1,4 +1,4 @@
-"""A broken bus, a missing sensor, typing on the terminal: both firmwares do the same about it."""
+"""After a bus fault, with a missing sensor and with typed input, both firmwares behave the same."""
 
 from __future__ import annotations
 
@@ -33,9 +33,10 @@ def failures(board: Board) -> Counter[str]:
 def test_bus_fault_keeps_old_values_in_both(
     tmp_path: Path, fault: str, per_tick: int, milliseconds: int
 ) -> None:
-    """The drivers return an error and the callback goes on with the next sensor, 800 times a second.
+    """The drivers return an error, and the callback continues with the next sensor, 800 times a second.
 
-    The fault may begin or end within a callback of one and between two of the other: one more or less each.
+    The fault may begin or end within a callback of one firmware and between two callbacks of the other. So the number
+    of failures may differ by one for each.
     """
     scenario = write(tmp_path, IDEAL + fault)
     board, in_c = ran("solution", scenario, 1.3)
@@ -49,9 +50,9 @@ def test_bus_fault_keeps_old_values_in_both(
 
 
 def test_stuck_line_costs_both_hal_timeout(tmp_path: Path) -> None:
-    """HAL V1.6.0 waits 25 ms for BUSY to clear (I2C_TIMEOUT_BUSY_FLAG): 20 ticks a transfer.
+    """HAL V1.6.0 waits 25 ms until BUSY is cleared (I2C_TIMEOUT_BUSY_FLAG), which is 20 ticks per transfer.
 
-    When the line is let go before that, the C firmware goes on at once; the Python model waits to the end.
+    If the line is released before, the C firmware continues at once, but the Python model waits until the end.
     """
     scenario = write(tmp_path, IDEAL + FAULT.format("stuck", "1.2s", "100ms", ""))
     board, in_c = ran("solution", scenario, 1.4)
@@ -63,7 +64,7 @@ def test_stuck_line_costs_both_hal_timeout(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("part", ["LSM6DSL", "LIS2MDL", "LPS22HB"])
 def test_missing_sensor_ends_both_boots_after_banner(tmp_path: Path, part: str) -> None:
-    """ST's start-up then hangs without a word."""
+    """ST's start-up then stays in a loop without a message."""
     missing = f"[[timeline]]\ndo = 'inject_fault'\nkind = 'absent'\naddress = '{part}'\n"
     scenario = write(tmp_path, IDEAL + missing)
     texts = {text_of(ran(firmware, scenario, 1.2)[1]) for firmware in ("solution", "lab3")}
@@ -72,7 +73,7 @@ def test_missing_sensor_ends_both_boots_after_banner(tmp_path: Path, part: str) 
 
 
 def test_typed_bytes_overrun_in_both(tmp_path: Path) -> None:
-    """Neither reads USART1: the first byte stays in DR, the others are overruns (RM0368 19.3.3)."""
+    """Neither firmware reads USART1. The first byte stays in DR, and the other bytes are overruns (RM0368 19.3.3)."""
     send = "[[timeline]]\ndo = 'send'\ntext = 'hello'\nat = '1.1s'\n"
     scenario = write(tmp_path, IDEAL + send)
     board, in_c = ran("solution", scenario, 1.2)

@@ -1,12 +1,13 @@
-"""The solution in C and the Python model agree on every scenario that is shipped.
+"""The solution in C and the Python model agree on all shipped scenarios.
 
-Two statements, each as strong as it can be. Arithmetic and text: on the samples that the C firmware has read,
-the Python firmware prints the same bytes and lights the same LEDs, on every scenario, noise and motion
-included. Sampling: run by themselves, both write the same registers and print the same lines, and every
-number is one that the other's variable has at about the same time, within the resolution. More cannot be:
-they read their sensors up to a tick apart, where the noise is another and the board has moved.
+There are two tests. Arithmetic and text: on the samples that the C firmware has read, the Python firmware prints the
+same bytes and switches the same LEDs, in every scenario, with noise and motion. Sampling: if each firmware runs
+separately, both write the same registers and print the same lines. Each number is a value of the other firmware's
+variable at about the same time, within the resolution. A stronger statement is not possible, because both read the
+sensors at times up to a tick apart, with different noise and a moving board.
 
-The runs are cut short, after some motion, because executing ARM code costs; ``fcu diff`` does them in full.
+The runs are shortened, but include some motion, because the execution of ARM code is slow. ``fcu diff`` runs the
+whole scenarios.
 """
 
 from __future__ import annotations
@@ -62,7 +63,7 @@ WITHIN_MS = 100  # some samples of the barometer, and longer than the C firmware
 
 
 def _without_counts(observation: Observation) -> dict[str, Sequence[ObservedItem]]:
-    """What was seen, but of the timer its rate only."""
+    """Return the observed sequences with only the rate of the timer, without its counts."""
     return {**observation.sequences, TIMER: observation.sequences[TIMER][:1]}
 
 

@@ -1,4 +1,4 @@
-"""A student's way through the lab in C, literally: fcu new, edit main.c, make, fcu run, fcu diff."""
+"""The student's way through the lab in C, step by step: fcu new, edit main.c, make, fcu run, fcu diff."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def start(folder: Path, bus: str = "I2C2") -> Path:
 
 
 def write_code(project: Path, code: dict[int, str]) -> None:
-    """Put code into the places marked in main.c, and leave the others as they are."""
+    """Put code into the marked places of main.c, and leave the other places unchanged."""
     main = project / "main.c"
     places = iter(range(3))
     text = PLACE.sub(lambda place: code.get(next(places), place.group()), main.read_text())
@@ -62,7 +62,7 @@ def make(project: Path) -> Path:
 
 
 def solved() -> dict[int, str]:
-    """The exercises' code as it is in the solution, for the places of the template."""
+    """Return the code of the exercises in the solution, for the places in the template."""
     solution = arm.sources() / "solution"
     motion = re.sub(r"^#include.*\n", "", (solution / "motion.c").read_text(), flags=re.MULTILINE)
     main = (solution / "main.c").read_text()
@@ -90,7 +90,7 @@ def test_exercises_in_c_equal_python_firmware(tmp_path: Path) -> None:
 
 
 def test_negative_zero_and_tolerance_show_no_difference(tmp_path: Path) -> None:
-    """The guide's own command; zero pitch is -0.000000, and the yaw is off by less than float allows."""
+    """The command is that of the guide. A pitch of zero is -0.000000, and the yaw differs by less than float resolves."""
     code = solved()
     for right, other in {
         "minus_gx = -acc.AXIS_X": "minus_gx = -(double)acc.AXIS_X",
@@ -117,7 +117,7 @@ def test_unchanged_template_differs_from_solution(tmp_path: Path) -> None:
 
 
 def test_arithmetic_mistake_is_first_difference(tmp_path: Path) -> None:
-    """The sign of Gx in the pitch: everything else is right."""
+    """The sign of Gx in the pitch is wrong, and everything else is right."""
     code = solved()
     assert "minus_gx = -acc.AXIS_X" in code[FUNCTIONS]
     code[FUNCTIONS] = code[FUNCTIONS].replace("minus_gx = -acc.AXIS_X", "minus_gx = acc.AXIS_X")

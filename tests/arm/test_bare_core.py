@@ -1,4 +1,4 @@
-"""A processor that executes instructions and nothing else: runs, accesses, places, code in RAM."""
+"""A processor without peripherals: runs, accesses, breakpoints, code in RAM."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ DEVICE = 0x4002_0000
 
 
 class Bench:
-    """A core before a program; ``log`` are the accesses to a device."""
+    """A core in front of a program. ``log`` has the accesses to a device."""
 
     def __init__(self, source: str) -> None:
         self.core = core = BareCore()
@@ -41,7 +41,7 @@ def test_run_executes_given_number_of_instructions() -> None:
 
 @pytest.mark.parametrize("count", range(1, 6))
 def test_it_block_can_be_divided(count: int) -> None:
-    """ARMv7-M ARM B1.5.6: an exception may come between two instructions of a block; ITSTATE is saved."""
+    """ARMv7-M ARM B1.5.6: an exception may occur between two instructions of a block, because ITSTATE is saved."""
     source = "cmp r0, #0\n itt eq\n addseq r1, #1\n addseq r2, #1\n adds r3, #1"
     whole, divided = Bench(source), Bench(source)
     whole.core.run(5)

@@ -1,4 +1,4 @@
-"""Calls of single functions: arguments and results as GCC has them, and nothing changed afterwards."""
+"""Calls of single functions have GCC's arguments and results, and do not change the board."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def board() -> Board:
 
 
 def plain(read: Any) -> Any:
-    """Structures and arrays as tuples, nested ones flat."""
+    """Return structures and arrays as tuples, with nested ones flattened."""
     if isinstance(read, SimpleNamespace):
         read = tuple(vars(read).values())
     if not isinstance(read, tuple):
@@ -48,7 +48,7 @@ def plain(read: Any) -> Any:
 
 
 def given_to(one: Function, arguments: list[Any]) -> list[Any]:
-    """As the C types nest: a Four is two Pairs, a Five has one array."""
+    """Nest the values as the C types are nested: a Four is two Pairs, a Five has one array."""
     shapes = {"Four": lambda four: (four[:2], four[2:]), "Five": lambda five: (five,)}
     pairs = zip(one.parameters, arguments, strict=True)
     return [shapes.get(kind, lambda same: same)(argument) for kind, argument in pairs]

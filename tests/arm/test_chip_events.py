@@ -1,4 +1,4 @@
-"""Time of the chip in C and of Python's clock are one: order of events, errors in callbacks."""
+"""The chip's time in C and the clock in Python agree: order of events, errors in callbacks."""
 
 from __future__ import annotations
 

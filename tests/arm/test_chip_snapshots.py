@@ -1,4 +1,4 @@
-"""Every block of the chip is put back: recorded programs go on from the middle as if nothing had been."""
+"""A snapshot restores every peripheral of the chip: recorded programs continue from the middle without a difference."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ CHOSEN += ["vendor-flight", "vendor-lab3-i2c-it-nack", "vendor-lab3-i2c-dma"]
 
 
 def prepared(case: Case) -> Board:
-    """The board at power-on; what will be done to it from outside is in the clock's queue."""
+    """Return the board at power-on. The clock has queued all actions from outside."""
     board = board_of(case)
     board.trace.record_all()
     for fault in case.broken_bus:
@@ -36,7 +36,7 @@ def prepared(case: Case) -> Board:
 
 
 def run_until_ps(board: Board, seconds: float) -> list[object]:
-    """All that can be seen of it then, and how the run ended."""
+    """Return everything that can be observed at that time, and how the run ended."""
     ending = ""
     try:
         board.run_until_ps(to_ps(seconds))
@@ -71,13 +71,13 @@ faults = st.none() | st.builds(
     st.sampled_from([None, LSM6DSL, LIS2MDL]),
     st.integers(0, 2),
 )
-"""Kind, begin from now on, length, address, byte."""
+"""Kind, start relative to the present, length, address, byte."""
 times_us = st.integers(0, 900)
 Broken = tuple[FaultKind, int, int, int | None, int] | None
 
 
 def inject(board: Board, fault: Broken) -> None:
-    """As of now; what has been said already stays said."""
+    """Inject a fault whose times count from now. Existing output is kept."""
     if fault is not None:
         kind, begin_us, length_us, address, index = fault
         from_s = max(0.0, board.clock.now_ps / PS_PER_S + begin_us / 1e6)
@@ -85,7 +85,7 @@ def inject(board: Board, fault: Broken) -> None:
 
 
 def seen_after(board: Board, run_us: int) -> list[object]:
-    """What can be seen ``run_us`` later."""
+    """Return everything that can be observed ``run_us`` later."""
     board.run_until_ps(board.clock.now_ps + run_us * PS_PER_US)
     return [*board.trace, board.terminal.text, board.clock.now_ps, chip_state(board)]
 
@@ -93,7 +93,10 @@ def seen_after(board: Board, run_us: int) -> list[object]:
 @pytest.mark.parametrize("detailed", [False, True], ids=["plain", "traced"])
 @pytest.mark.parametrize("name", MASTERS)
 def test_snapshot_includes_injected_bus_fault(name: str, detailed: bool) -> None:
-    """Injected before the snapshot it is there again, injected afterwards it is gone, in any byte."""
+    """A fault injected before the snapshot is restored; a fault injected after it is removed.
+
+    Any byte may have the fault.
+    """
     boards = [board_of(CASES[name]) for _ in range(2)]
     for board in boards:
         if detailed:

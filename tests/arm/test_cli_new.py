@@ -1,4 +1,4 @@
-"""``fcu new``: a project as a student gets it, refuses as a student sees it, built as the README says."""
+"""``fcu new``: the project, the refusals, and the build according to the README."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def fcu_new(*arguments: str, code: int = 0) -> subprocess.CompletedProcess[str]:
 
 
 def commands(text: str) -> list[str]:
-    """The commands that are advised, in lines of their own."""
+    """Return the suggested commands, which are on separate lines."""
     return [line.strip() for line in text.splitlines() if line.startswith("  ")]
 
 

@@ -1,8 +1,8 @@
-"""The core computes what QEMU's Cortex-M4 computes: kernels in C and assembly, at five optimisation levels.
+"""The core computes the same as QEMU's Cortex-M4: kernels in C and assembly, at five optimisation levels.
 
-Instructions of each kind with their flags, floating point in all rounding modes, the compiler's and the C
-library's code, exceptions; see tests/arm/kernels. The checksums are QEMU's, kept in a file, and made anew
-where QEMU is installed.
+The kernels have instructions of each kind with their flags, floating point in all rounding modes, code of the
+compiler and of the C library, and exceptions; see tests/arm/kernels. A file has QEMU's checksums. If QEMU is
+installed, they are computed again.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ needs_qemu = pytest.mark.skipif(shutil.which(QEMU) is None, reason=f"{QEMU} is n
 
 
 def results() -> dict[str, str]:
-    """The checksum of each kernel."""
+    """Return the checksum of each kernel."""
     return parsed(RESULTS.read_text(encoding="ascii"))
 
 
@@ -31,7 +31,7 @@ def parsed(text: str) -> dict[str, str]:
 
 @pytest.fixture(scope="module", params=LEVELS)
 def kernels(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The ELF file of a level; each is built once."""
+    """Return the ELF file of an optimisation level; each file is built once."""
     return build(request.param, tmp_path_factory.mktemp("kernels"))
 
 
@@ -45,5 +45,5 @@ def test_qemu_computes_kept_results(kernels: Path) -> None:
 
 
 def test_every_kernel_computes_something() -> None:
-    """Each adds something to its checksum, and no two the same."""
+    """Each kernel adds to its checksum, and all checksums are different."""
     assert len(set(results().values())) == len(results())

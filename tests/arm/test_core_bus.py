@@ -1,6 +1,4 @@
-"""Accesses: sizes, alignment, bit-band aliases, aliases of the flash, system control space (ARMv7-M ARM A3,
-B3).
-"""
+"""Accesses: sizes, alignment, bit-band aliases, flash aliases, system control space (ARMv7-M ARM A3, B3)."""
 
 from __future__ import annotations
 
@@ -35,7 +33,7 @@ def run(body: str) -> CoreBench:
 def test_store_writes_only_its_bytes_of_register(
     instruction: str, offset: int, value: int, mask: int
 ) -> None:
-    """RM0368 2.3: blocks on AHB and APB take byte, half-word and word accesses."""
+    """RM0368 2.3: peripherals on AHB and APB accept byte, half-word and word accesses."""
     core = run(f"mov32 r0, LOG+{offset}\n mov32 r1, 0x12345678\n {instruction} r1, [r0]")
 
     ((register, written, bits),) = core.probe.writes
@@ -43,7 +41,7 @@ def test_store_writes_only_its_bytes_of_register(
 
 
 TIM2_ARR, DMA1_S0M0AR = 0x4000_002C, 0x4002_601C
-"""Registers of 32 bits of blocks in C."""
+"""Registers of 32 bits in peripherals that are modelled in C."""
 
 
 @pytest.mark.parametrize("register", [TIM2_ARR, DMA1_S0M0AR])
@@ -118,7 +116,7 @@ def test_loads_and_stores_of_memory_may_be_unaligned(offset: int) -> None:
 @pytest.mark.parametrize("byte", [0, 1, 0x123, 0xFFFF])
 @pytest.mark.parametrize("bit", [0, 3, 7])
 def test_bit_band_alias_reaches_bit_of_ram(byte: int, bit: int) -> None:
-    """PM0214 2.2.5: 0x22000000 + 32 x byte + 4 x bit; all but bit 0 of what is written is ignored."""
+    """PM0214 2.2.5: 0x22000000 + 32 x byte + 4 x bit. Only bit 0 of the written value has an effect."""
     alias = 0x2200_0000 + 32 * byte + 4 * bit
     core = CoreBench(
         f"reset: mov32 r0, {alias}\n ldr r2, [r0]\n log r2\n"
@@ -151,7 +149,7 @@ def test_bit_band_alias_reaches_bit_of_registers(bit: int) -> None:
 
 
 def test_bit_write_with_event_ends_run() -> None:
-    """An interrupt raised by the access is taken behind it, as with a plain store."""
+    """An interrupt that the access raises is taken after the access, as with a plain store."""
     icsr_set = "mov32 r0, ICSR\n mov32 r1, 0x10000000\n"
     core = CoreBench(f"reset: {icsr_set} str r1, [r0]\n log 1\n b .\npend_sv: log 2\n bx lr\n")
     core.run_us(100)
@@ -170,7 +168,7 @@ def test_flash_appears_at_address_0() -> None:
 
 
 def test_vector_table_can_be_moved_to_ram() -> None:
-    """B3.2.5: VTOR; as boot loaders and RTOSes do."""
+    """B3.2.5: VTOR, as boot loaders and RTOSes use it."""
     core = CoreBench(
         f"""
 reset: {store(f"RAM+{4 * 11 + 0x200}", 0)} mov32 r1, other+1
@@ -191,7 +189,7 @@ other: log 2
 
 
 def test_code_runs_from_ram_and_may_be_changed() -> None:
-    """B2.1: the SRAM region is executable; with DSB and ISB behind the change."""
+    """B2.1: the SRAM region is executable. DSB and ISB follow the change of the code."""
     core = run(
         f"""mov32 r4, {RAM + 0x100}
        mov32 r1, 0x47703001     ; ADDS R0, #1; BX LR

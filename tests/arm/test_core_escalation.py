@@ -38,7 +38,7 @@ def run(body: str, before: str = "") -> CoreBench:
 
 @pytest.mark.parametrize("value", [0xFFFF_FFF1, 0xFFFF_FFF5, 0xFFFF_FFF7, 0xFFFF_FF79, 0xFFFF_FFFB])
 def test_wrong_exc_return_is_refused(value: int) -> None:
-    """B1.5.8: UsageFault with INVPC, taken as if chained; LR says where it came from."""
+    """B1.5.8: UsageFault with INVPC, taken as if tail-chained; LR shows the origin."""
     core = CoreBench(
         f"""
 reset: {ALL_ENABLED} svc #0
@@ -58,7 +58,7 @@ usage_fault:
 
 
 def test_exc_return_in_thread_mode_is_address() -> None:
-    """B1.5.8: only Handler mode looks for it; the address is Execute Never."""
+    """B1.5.8: only Handler mode interprets the value. In Thread mode it is an address, which is Execute Never."""
     core = run("mov32 r1, 0xFFFFFFF9\n bx r1", ALL_ENABLED)
 
     assert core.values[0] == MEM_MANAGE
@@ -125,7 +125,7 @@ def test_full_main_stack_is_stacking_error() -> None:
 
 
 def test_full_process_stack_is_handled_on_main_stack() -> None:
-    """B1.5.6."""
+    """B1.5.6: the fault is handled on the main stack."""
     core = CoreBench(
         f"""
 reset: {ALL_ENABLED} mov32 r0, {RAM + 16}
@@ -152,7 +152,7 @@ svc:   log 11
 
 
 def test_pushing_below_ram_is_bus_fault() -> None:
-    """The end of a runaway recursion; then the frame cannot be saved either."""
+    """This is the end of a runaway recursion; the frame of the fault cannot be saved either."""
     core = CoreBench(
         "reset: push {r4-r11, lr}\n b reset\nhard_fault: mov32 r0, STACK\n msr msp, r0\n log 3\n b .\n",
         stack=RAM + 0x100,
@@ -168,7 +168,7 @@ def test_pushing_below_ram_is_bus_fault() -> None:
 
 
 def test_fault_in_its_own_handler_is_escalated() -> None:
-    """B1.5.14: it may not preempt itself."""
+    """B1.5.14: a fault may not preempt its own handler."""
     core = CoreBench(f"reset: {ALL_ENABLED} udf #0\nusage_fault: log 6\n udf #1\nhard_fault: log 3\n b .\n")
     core.run_us(100)
 
@@ -177,7 +177,7 @@ def test_fault_in_its_own_handler_is_escalated() -> None:
 
 
 def test_fault_of_lower_priority_is_escalated() -> None:
-    """B1.5.14: BusFault at 0x40 may not preempt an interrupt at 0x20."""
+    """B1.5.14: a BusFault at 0x40 may not preempt an interrupt at 0x20."""
     core = CoreBench(
         f"""
 reset: {ALL_ENABLED} {store("SHPR1", 0x4000)} {interrupts({0: 0x20})} {store("ISPR", 1)} b .
@@ -211,7 +211,7 @@ bus_fault: mov r4, lr
 
 
 def test_fault_with_primask_set_is_escalated() -> None:
-    """B1.5.14: configurable faults have priority 0 or worse, PRIMASK makes the present one 0."""
+    """B1.5.14: configurable faults have priority 0 or lower, and PRIMASK makes the present priority 0."""
     assert run("cpsid i\n udf #0", ALL_ENABLED).values[0] == HARD_FAULT
 
 
@@ -234,7 +234,7 @@ def test_breakpoint_without_debugger_is_hard_fault() -> None:
 
 @pytest.mark.parametrize("fault", ["udf #0", "svc #0", "bkpt #0", f"mov32 r0, {NOWHERE}\n ldr r0, [r0]"])
 def test_fault_in_hard_fault_handler_locks_up(fault: str) -> None:
-    """B1.5.15: nothing is executed any more, interrupts are not taken; the trace says so once."""
+    """B1.5.15: no instruction is executed and no interrupt is taken. The trace reports the lock-up once."""
     core = CoreBench(
         f"reset: {interrupts({0: 0x20})} udf #0\nhard_fault: log 3\n {fault}\n log 4\nirq0: log 10\n bx lr\n"
     )
@@ -250,7 +250,7 @@ def test_fault_in_hard_fault_handler_locks_up(fault: str) -> None:
 
 
 def test_fault_with_faultmask_set_locks_up() -> None:
-    """B1.5.15: at priority -1."""
+    """B1.5.15: a fault at priority -1."""
     core = run("cpsid f\n udf #0")
 
     assert core.values == []
@@ -258,7 +258,7 @@ def test_fault_with_faultmask_set_locks_up() -> None:
 
 
 def test_reset_ends_lock_up() -> None:
-    """B1.5.15: as the watchdog does it."""
+    """B1.5.15: for example a reset by the watchdog."""
     core = CoreBench("reset: log 1\n cpsid f\n udf #0\n")
     core.at_us(500, lambda: core.core.request_reset("IWDG"))
     core.run_us(1_000)
@@ -268,7 +268,7 @@ def test_reset_ends_lock_up() -> None:
 
 
 def test_hard_fault_handler_may_skip_instruction() -> None:
-    """B1.5.8: it may change the return address in the frame."""
+    """B1.5.8: the handler may change the return address in the frame."""
     core = CoreBench(
         "reset: udf #0\n log 1\n udf #1\n log 2\n b .\n"
         "hard_fault: ldr r0, [sp, #24]\n adds r0, #2\n str r0, [sp, #24]\n bx lr\n"
@@ -279,7 +279,7 @@ def test_hard_fault_handler_may_skip_instruction() -> None:
 
 
 def test_hard_fault_handler_without_repair_is_entered_again() -> None:
-    """The instruction is executed once more: B1.5.6, return address of a synchronous fault."""
+    """The instruction is executed again: B1.5.6, return address of a synchronous fault."""
     core = CoreBench("reset: log 1\n udf #0\n log 2\n b .\nhard_fault: log 3\n bx lr\n")
     core.run_us(200)
 
@@ -288,7 +288,7 @@ def test_hard_fault_handler_without_repair_is_entered_again() -> None:
 
 
 def test_cfsr_is_cleared_by_writing_ones() -> None:
-    """B3.2.15; and by byte: UFSR and BFSR are parts of it."""
+    """B3.2.15. It can also be cleared by byte, because UFSR and BFSR are parts of it."""
     core = CoreBench(
         f"""
 reset: {ALL_ENABLED} udf #0

@@ -1,4 +1,4 @@
-"""Faults: which exception, which bits, which addresses (ARMv7-M ARM B1.5.14, B1.5.15, B3.2.15 to B3.2.18)."""
+"""Faults: their exceptions, status bits and addresses (ARMv7-M ARM B1.5.14, B1.5.15, B3.2.15 to B3.2.18)."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def run(body: str, before: str = "") -> CoreBench:
 
 @pytest.mark.parametrize("name", TRAPS)
 def test_fault_sets_exception_status_and_return_address(name: str) -> None:
-    """B1.5.14, table B1-7; the return address is the instruction that has faulted (B1.5.6)."""
+    """B1.5.14, table B1-7. The return address is that of the faulting instruction (B1.5.6)."""
     body, exception, status = TRAPS[name]
     core = run(body if "fault:" in body else f"fault: {body}", ALL_ENABLED)
 
@@ -70,7 +70,7 @@ def test_fault_sets_exception_status_and_return_address(name: str) -> None:
 
 @pytest.mark.parametrize("name", TRAPS)
 def test_fault_without_its_handler_is_hard_fault(name: str) -> None:
-    """B1.5.14, "priority escalation": HFSR.FORCED; CFSR still says what it was."""
+    """B1.5.14, "priority escalation": HFSR.FORCED is set, and CFSR still shows the original fault."""
     body, _, status = TRAPS[name]
     core = run(body if "fault:" in body else f"fault: {body}")
 
@@ -91,7 +91,7 @@ def test_bfar_has_address_of_access(instruction: str, address: int) -> None:
 
 @pytest.mark.parametrize("name", ["division by zero", "unaligned word"])
 def test_untrapped_division_and_unaligned_access_succeed(name: str) -> None:
-    """B3.2.8; a quotient by zero is 0 (A7.7.223), unaligned LDR and STR are allowed (A3.2.1)."""
+    """B3.2.8. A quotient by zero is 0 (A7.7.223), and unaligned LDR and STR are allowed (A3.2.1)."""
     body = TRAPS[name][0]
     core = run(body.replace(str(0x208), str(0x200)).replace(str(0x210), str(0x200)))
 
@@ -101,7 +101,7 @@ def test_untrapped_division_and_unaligned_access_succeed(name: str) -> None:
 
 @pytest.mark.parametrize(("divisor", "condition"), [(0, "ne"), (1, "eq")])
 def test_skipped_instruction_in_it_block_does_not_trap(divisor: int, condition: str) -> None:
-    """A7.3: "if (d) x / d" compiles to this."""
+    """A7.3: the compiler generates this code for "if (d) x / d"."""
     core = run(
         f"{store('CCR', 0x210)} movs r1, #{divisor}\n cmp r1, #0\n itt {condition}\n"
         f"udiv{condition} r0, r0, r1\n vmov{condition} s0, r0"
@@ -111,7 +111,7 @@ def test_skipped_instruction_in_it_block_does_not_trap(divisor: int, condition: 
 
 
 def test_division_inside_of_it_block_traps() -> None:
-    """On the instruction (B1.5.14), not behind the block."""
+    """The fault is at the instruction (B1.5.14), not after the block."""
     core = run(f"{store('CCR', 0x210)} movs r1, #0\n cmp r1, #0\n itt eq\nfault: udiveq r0, r0, r1\n nopeq\n")
 
     assert core.values == [HARD_FAULT, core.labels["fault"]]
@@ -136,7 +136,7 @@ ALIGNED_ONLY = {
 @pytest.mark.parametrize("instruction", ALIGNED_ONLY)
 @pytest.mark.parametrize("offset", range(4))
 def test_some_accesses_must_always_be_aligned(instruction: str, offset: int) -> None:
-    """A3.2.1: LDM, LDRD and their kin fault without UNALIGN_TRP."""
+    """A3.2.1: LDM, LDRD and similar instructions fault even without UNALIGN_TRP."""
     before = ALL_ENABLED + store("CPACR", 0x00F0_0000)
     core = run(f"mov32 r1, {RAM + 64 + offset}\nfault: {instruction}", before)
 
@@ -146,7 +146,7 @@ def test_some_accesses_must_always_be_aligned(instruction: str, offset: int) -> 
 
 
 def test_unaligned_ldrex_faults_in_any_case() -> None:
-    """A3.2.1; the engine itself refuses it."""
+    """A3.2.1. The core itself refuses the access."""
     core = run(f"mov32 r1, {RAM + 65}\nfault: ldrex r2, [r1]", ALL_ENABLED)
 
     assert core.values == [USAGE_FAULT, core.labels["fault"]]
@@ -163,7 +163,7 @@ def test_unaligned_ldrex_faults_in_any_case() -> None:
     ],
 )
 def test_access_hooks_do_not_disturb_it_blocks(block: str) -> None:
-    """B1.4.2: behind the block ITSTATE is 0, and instructions are not conditional any more."""
+    """B1.4.2: after the block ITSTATE is 0, and instructions are no longer conditional."""
     core = run(
         f"""mov32 r5, RAM+128
        mov32 r6, RAM+64
@@ -184,7 +184,7 @@ back:  adds r1, #1
 
 @pytest.mark.parametrize("ccr", [0x200, 0x208])
 def test_double_registers_need_words_only(ccr: int) -> None:
-    """A6.5, A6.6: VLDM and VSTM of D registers ask for word alignment."""
+    """A6.5, A6.6: VLDM and VSTM of D registers need word alignment."""
     before = store("CPACR", 0x00F0_0000) + store("CCR", ccr)
     core = run(
         "sub sp, sp, #4\n .word 0x8B02ED2D ; VPUSH {D8}\n .word 0x8B02ECBD ; VPOP {D8}",
@@ -204,7 +204,7 @@ def test_push_and_pop_are_always_aligned() -> None:
 
 @pytest.mark.parametrize("address", [0x4000_0000, 0x5000_0000, 0xA000_0000, 0xE000_E000, 0x4200_0000])
 def test_code_in_device_memory_is_never_executed(address: int) -> None:
-    """B3.1, table B3-1: Execute Never: MemManage with IACCVIOL, even without an MPU (B3.2.15)."""
+    """B3.1, table B3-1: Execute Never. The fault is MemManage with IACCVIOL, even without an MPU (B3.2.15)."""
     core = run(f"mov32 r1, {address + 1}\n bx r1", ALL_ENABLED)
 
     assert core.values == [MEM_MANAGE, address]
@@ -229,7 +229,7 @@ def test_execution_past_ram_end_is_bus_fault() -> None:
 
 
 def test_even_address_leaves_thumb_state() -> None:
-    """A2.3.1, B1.5.14: the instruction at the address faults with INVSTATE; T is 0 in the saved xPSR."""
+    """A2.3.1, B1.5.14: the instruction at the address faults with INVSTATE, and the saved xPSR has T = 0."""
     core = run(f"mov32 r1, {CODE}\n blx r1", ALL_ENABLED)
 
     assert core.values == [USAGE_FAULT, CODE]
@@ -249,7 +249,7 @@ def test_even_address_faults_in_any_slicing(step: int) -> None:
 
 
 def test_even_vector_leaves_thumb_state() -> None:
-    """B1.5.6: ExceptionTaken() takes T from bit 0 of the vector."""
+    """B1.5.6: ExceptionTaken() copies T from bit 0 of the vector."""
     core = CoreBench(f"reset: svc #0\n b .\n {HANDLERS}", vectors={"svc": CODE})
     core.run_us(100)
 
@@ -266,7 +266,7 @@ def test_even_reset_vector_faults_at_once() -> None:
 
 
 def test_erased_vector_faults_at_its_target() -> None:
-    """Erased flash is all ones: a vector of 0xFFFFFFFF leads to 0xFFFFFFFE, which is Execute Never."""
+    """Erased flash has only ones: a vector of 0xFFFFFFFF leads to 0xFFFFFFFE, which is Execute Never."""
     core = CoreBench(f"reset: svc #0\n b .\n {HANDLERS}", vectors={"svc": 0xFFFF_FFFF})
     core.run_us(100)
 
@@ -275,7 +275,7 @@ def test_erased_vector_faults_at_its_target() -> None:
 
 
 def test_unmapped_vector_table_locks_up() -> None:
-    """B1.5.14: HFSR.VECTTBL; the HardFault's own vector cannot be read either: lock-up."""
+    """B1.5.14: HFSR.VECTTBL. The vector of the HardFault cannot be read either, which causes a lock-up."""
     core = CoreBench(f"reset: {store('VTOR', 0x3000_0000)} svc #0\n b .\n")
     core.run_us(100)
 

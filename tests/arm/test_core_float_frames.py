@@ -1,4 +1,4 @@
-"""Floating-point context over exceptions (ARMv7-M ARM B1.4.4, B1.5.7)."""
+"""Floating-point context in exceptions (ARMv7-M ARM B1.4.4, B1.5.7)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FILL = "\n".join(f"movs r0, #{n}\n vmov s{n}, r0" for n in range(32))
 
 
 def test_floating_point_frame() -> None:
-    """B1.5.7, figure B1-4: 26 words; S0 to S15, FPSCR and a reserved word above the basic frame."""
+    """B1.5.7, figure B1-4: 26 words. S0 to S15, FPSCR and a reserved word follow the basic frame."""
     core = CoreBench(
         f"""
 reset: {FPU_ON} {FILL}
@@ -41,7 +41,7 @@ svc:   mov r4, sp
 
 
 def test_frame_without_floating_point_is_short() -> None:
-    """B1.4.4, B1.5.7: CONTROL.FPCA decides, not whether the unit is on."""
+    """B1.4.4, B1.5.7: CONTROL.FPCA selects the frame, not whether the unit is enabled."""
     core = CoreBench(f"reset: {FPU_ON} svc #0\n b .\nsvc: mov r4, sp\n mov r5, lr\n b .\n")
     core.run_us(100)
 
@@ -50,7 +50,7 @@ def test_frame_without_floating_point_is_short() -> None:
 
 
 def test_first_floating_point_instruction_sets_fpca() -> None:
-    """B1.4.4: with FPCCR.ASPEN, which is set at reset."""
+    """B1.4.4: this needs FPCCR.ASPEN, which is set after reset."""
     core = CoreBench(
         f"reset: {FPU_ON} mrs r4, control\n log r4\n vmov s0, r0\n mrs r4, control\n log r4\n b .\n"
     )
@@ -60,7 +60,7 @@ def test_first_floating_point_instruction_sets_fpca() -> None:
 
 
 def test_floating_point_registers_survive_handler() -> None:
-    """B1.5.7: S0 to S15 and FPSCR are saved by hardware; a new context begins with FPSCR 0 (FPDSCR)."""
+    """B1.5.7: hardware saves S0 to S15 and FPSCR. A new context begins with FPSCR 0 (FPDSCR)."""
     core = CoreBench(
         f"""
 reset: {interrupts({0: 0x20})} {FPU_ON} {FILL}
@@ -87,7 +87,7 @@ irq0:  vmrs r0, fpscr
 
 
 def test_handler_using_floating_point_is_itself_interrupted() -> None:
-    """Table B1-8: 0xFFFFFFE1, handler with floating-point frame; each level has its own S0."""
+    """Table B1-8: 0xFFFFFFE1 means a handler with a floating-point frame. Each level has its own S0."""
     core = CoreBench(
         f"""
 reset: {interrupts({0: 0x40, 1: 0x20})} {FPU_ON} movs r0, #1

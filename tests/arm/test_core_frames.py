@@ -1,4 +1,4 @@
-"""What is saved at exception entry and restored at return (ARMv7-M ARM B1.5.6 to B1.5.8)."""
+"""Registers that are saved at exception entry and restored at return (ARMv7-M ARM B1.5.6 to B1.5.8)."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def frame(core: CoreBench, at: int, words: int = 8) -> list[int]:
 
 
 def test_basic_frame() -> None:
-    """B1.5.6, figure B1-3: R0 to R3, R12, LR, return address, xPSR, upwards."""
+    """B1.5.6, figure B1-3: R0 to R3, R12, LR, return address and xPSR, in ascending order."""
     core = CoreBench(
         f"""
 reset: {SEVEN_REGISTERS} cmp r0, #100
@@ -45,7 +45,7 @@ svc:   mov r4, sp
 
 
 def test_handler_may_change_frame() -> None:
-    """B1.5.8: everything is taken from the stack; system calls return their results so."""
+    """B1.5.8: all values are read back from the stack. System calls return their results in this way."""
     core = CoreBench(
         """
 reset: svc #0
@@ -65,7 +65,7 @@ svc:   movs r0, #42
 
 
 def test_flags_and_registers_survive_handler() -> None:
-    """B1.5.6: what a C function may change is saved by hardware (AAPCS)."""
+    """B1.5.6: hardware saves the registers that a C function may change (AAPCS)."""
     core = CoreBench(
         f"""
 reset: {interrupts({0: 0})} movs r4, #4
@@ -91,7 +91,7 @@ irq0:  movs r0, #0
 
 @pytest.mark.parametrize("odd_words", [0, 1])
 def test_frames_are_aligned_to_eight_bytes(odd_words: int) -> None:
-    """B1.5.7: with CCR.STKALIGN (set at reset) a word is left out, and bit 9 of the saved xPSR says so."""
+    """B1.5.7: with CCR.STKALIGN (set after reset) a word is skipped, and bit 9 of the saved xPSR records it."""
     core = CoreBench(
         f"""
 reset: sub sp, sp, #{4 * odd_words}
@@ -129,7 +129,7 @@ svc:   log sp
 
 
 def test_nested_handlers_return_to_their_own_mode() -> None:
-    """Table B1-8: 0xFFFFFFF9 returns to Thread mode, 0xFFFFFFF1 to the handler that was interrupted."""
+    """Table B1-8: 0xFFFFFFF9 returns to Thread mode, 0xFFFFFFF1 to the interrupted handler."""
     core = CoreBench(
         f"""
 reset: {interrupts({0: 0x40, 1: 0x20})} {store("ISPR", 1)} mrs r4, ipsr
@@ -156,7 +156,7 @@ irq1:  log r14
 
 @pytest.mark.parametrize("condition", ["eq", "ne"])
 def test_it_block_continues_after_svc(condition: str) -> None:
-    """B1.4.2, B1.5.6: ITSTATE is part of the saved xPSR: the rest of the block stays conditional."""
+    """B1.4.2, B1.5.6: ITSTATE is part of the saved xPSR, so the rest of the block stays conditional."""
     other = "ne" if condition == "eq" else "eq"
     core = CoreBench(
         f"""
@@ -189,7 +189,7 @@ svc:   ldr r2, [sp, #28]
 
 
 def test_it_block_continues_after_fault() -> None:
-    """B1.5.6: the handler repairs the cause and returns to the instruction, still in its block."""
+    """B1.5.6: the handler removes the cause and returns to the instruction, which is still in its block."""
     core = CoreBench(
         """
 reset: mov32 r4, 0x60000000
@@ -217,7 +217,7 @@ hard_fault:
 
 @pytest.mark.parametrize("start", range(20))
 def test_interrupt_never_disturbs_it_block(start: int) -> None:
-    """B1.4.2: whenever it comes, the block's instructions have the conditions that they had."""
+    """B1.4.2: at any time of the interrupt, the instructions of the block keep their conditions."""
     core = CoreBench(
         f"""
 reset: {interrupts({0: 0})} movs r1, #0

@@ -1,4 +1,4 @@
-"""What holds interrupts off: PRIMASK, BASEPRI, FAULTMASK, enable bits; and lines that stay active.
+"""Masking of interrupts: PRIMASK, BASEPRI, FAULTMASK, enable bits; and lines that stay active.
 
 ARMv7-M ARM B1.4.3, B3.4; PM0214 4.3.9.
 """
@@ -13,7 +13,7 @@ from tests.support.arm.core_interrupts import HANDLERS, bench
 
 
 def masked(mask: str, unmask: str, priorities: dict[int, int], number: int = 2) -> CoreBench:
-    """``number`` is made pending by software between ``mask`` and ``unmask``."""
+    """Return a program that makes ``number`` pending between ``mask`` and ``unmask``."""
     pend = store("ISPR", 1 << number)
     program = f"reset: {interrupts(priorities)} {mask}\n {pend} log 1\n {unmask}\n log 2\n b .\n{HANDLERS}"
     core = CoreBench(program)
@@ -33,7 +33,7 @@ def masked(mask: str, unmask: str, priorities: dict[int, int], number: int = 2) 
     ],
 )
 def test_mask_delays_interrupt_until_cleared(mask: str, unmask: str) -> None:
-    """B1.4.3, B1.5.4; ARMv7-M ARM B5.2.1: CPSIE takes effect at once, the interrupt is next."""
+    """B1.4.3, B1.5.4; ARMv7-M ARM B5.2.1: CPSIE takes effect at once, and the interrupt follows."""
     core = masked(mask, unmask, {2: 0x20})
 
     assert core.values == [1, 30, 31, 2]
@@ -43,7 +43,7 @@ def test_mask_delays_interrupt_until_cleared(mask: str, unmask: str) -> None:
 
 
 def test_basepri_passes_more_urgent_interrupts() -> None:
-    """B1.4.3: it masks priorities equal to or greater than its value."""
+    """B1.4.3: BASEPRI masks priorities equal to or greater than its value."""
     core = masked("movs r2, #0x30\n msr basepri, r2\n movs r2, #0", "msr basepri, r2", {2: 0x20})
 
     assert core.values == [30, 31, 1, 2]
@@ -57,7 +57,7 @@ def test_basepri_of_0_masks_nothing() -> None:
 
 
 def test_basepri_has_four_bits() -> None:
-    """PM0214 2.1.3: its low four bits are not implemented; a priority that was not shifted masks nothing."""
+    """PM0214 2.1.3: its low four bits are not implemented, so a priority that is not shifted masks no interrupt."""
     core = masked("movs r2, #5\n msr basepri, r2", "nop", {2: 0xF0})
 
     assert core.values == [30, 31, 1, 2]
@@ -86,7 +86,7 @@ reset: movs r0, #0x40
 
 
 def test_primask_in_handler_blocks_more_urgent_interrupts() -> None:
-    """B1.5.4: PRIMASK makes the execution priority 0 at least."""
+    """B1.5.4: PRIMASK makes the execution priority 0 or higher."""
     core = CoreBench(
         f"""
 reset: {interrupts({0: 0x40, 2: 0x10})} log 1
@@ -107,7 +107,7 @@ irq2:  log 30
 
 
 def test_faultmask_is_cleared_by_leaving_handler() -> None:
-    """B1.4.3: cleared on return from every exception but NMI; what it held off follows."""
+    """B1.4.3: cleared on return from every exception except NMI. The masked interrupt then follows."""
     core = CoreBench(
         f"""
 reset: {interrupts({0: 0x40, 2: 0x10})} {store("ISPR", 1)} mrs r2, faultmask
@@ -234,7 +234,7 @@ out:   bx lr
 
 
 def test_pulse_during_handler_is_taken_once_more() -> None:
-    """PM0214 4.3.9: it becomes pending again."""
+    """PM0214 4.3.9: the interrupt becomes pending again."""
     core = bench({2: 0x20})
     for at_us in (200, 216, 217):
         core.pulse_at_us(at_us, 2)
@@ -244,7 +244,7 @@ def test_pulse_during_handler_is_taken_once_more() -> None:
 
 
 def test_clearing_pending_bit_leaves_active_line_pending() -> None:
-    """PM0214 4.3.9: the interrupt is pending again at once; of a pulse nothing is left."""
+    """PM0214 4.3.9: the interrupt of an active line is pending again at once. A pulse is lost."""
     program = f"""
 reset: {interrupts({2: 0x20})} cpsid i
        nop

@@ -1,7 +1,7 @@
-"""Random interrupts, nested at random, against the rules of ARMv7-M ARM B1.5.4, B1.5.11 and B1.5.12 written
-down once more.
+"""Random interrupts with random nesting, compared with the rules of ARMv7-M ARM B1.5.4, B1.5.11 and B1.5.12.
 
-The oracle executes no code: it knows only how many instructions each handler has, and counts.
+The oracle implements these rules a second time. It does not execute code: it only knows the number of instructions of
+each handler, and counts them.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ Entry = tuple[int, int]  # time in us, what is logged
 
 
 def program(priorities: list[int], passes: list[int], prigroup: int, basepri: int) -> str:
-    """Handlers that log 10 n, turn round ``passes[n]`` times, log 10 n + 1: 10 + 2 x passes instructions."""
+    """Return handlers that log 10 n, loop ``passes[n]`` times and log 10 n + 1: 10 + 2 x passes instructions."""
     handlers = "".join(
         f"irq{n}: log {10 * n}\n movw r0, #{count}\n"
         f"wait{n}: subs r0, #1\n bne wait{n}\n log {10 * n + 1}\n bx lr\n"
@@ -39,7 +39,7 @@ def program(priorities: list[int], passes: list[int], prigroup: int, basepri: in
 
 @dataclass
 class Oracle:
-    """One instruction or one step of an exception at a time."""
+    """Oracle that does one instruction or one step of an exception at a time."""
 
     priorities: list[int]
     passes: list[int]
@@ -57,12 +57,12 @@ class Oracle:
         return priority >> self.prigroup + 1
 
     def level(self) -> int:
-        """Of what is running: only group priorities count."""
+        """Return the level of the running code, for which only group priorities count."""
         levels = [self.group(self.priorities[number]) for number, _ in self.active]
         return min(levels + ([self.group(self.basepri)] if self.basepri else []), default=1 << 8)
 
     def pass_time(self, cycles: int) -> None:
-        """Time goes on, and pulses come."""
+        """Let time pass, in which pulses may arrive."""
         self.now += cycles
         due = [pulse for pulse in self.pulses if pulse[0] <= self.now]
         self.pending |= {number for _, number in due}
@@ -72,7 +72,7 @@ class Oracle:
         return any(self.group(self.priorities[number]) < self.level() for number in self.pending)
 
     def enter(self, cycles: int) -> None:
-        """The choice is made at the end, when a late one may have come."""
+        """Enter an exception. It is chosen at the end of the entry, so that a late arrival may replace it."""
         self.pass_time(cycles)
         number = min(self.pending, key=lambda number: (self.priorities[number], number))
         self.pending.discard(number)
@@ -117,7 +117,7 @@ class Oracle:
 def test_nesting_equals_oracle(
     priorities: list[int], passes: list[int], prigroup: int, basepri: int, pulses: list[tuple[int, int]]
 ) -> None:
-    """Order and time of every beginning and every end."""
+    """Order and time of the begin and the end of every handler are equal."""
     core = CoreBench(program(priorities, passes, prigroup, basepri))
     for time_us, number in pulses:
         core.pulse_at_us(time_us, number)

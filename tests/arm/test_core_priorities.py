@@ -1,4 +1,4 @@
-"""Which exception is taken, and when: priorities, masks, tail-chaining, late arrival (ARMv7-M ARM B1.5)."""
+"""Selection and time of exceptions: priorities, masks, tail-chaining, late arrival (ARMv7-M ARM B1.5)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.support.arm.core_interrupts import bench
 
 
 def order(priorities: dict[int, int], *pulses: tuple[float, int], before: str = "") -> list[int]:
-    """What is logged after these pulses: (time in us, interrupt)."""
+    """Return the log after these pulses (time in us, interrupt)."""
     core = bench(priorities, before)
     for time_us, number in pulses:
         core.pulse_at_us(time_us, number)
@@ -31,17 +31,17 @@ def test_more_urgent_interrupt_preempts_handler() -> None:
 
 @pytest.mark.parametrize("second", [0x40, 0x60])
 def test_interrupt_of_equal_or_lower_priority_waits(second: int) -> None:
-    """B1.5.4."""
+    """B1.5.4: the interrupt waits until the handler returns."""
     assert order({0: 0x40, 1: second}, (200, 0), (240, 1)) == [10, 11, 20, 21]
 
 
 def test_three_priority_levels_nest() -> None:
-    """B1.5.4."""
+    """B1.5.4: each of the three levels preempts the previous one."""
     assert order({0: 0x60, 1: 0x40, 2: 0x00}, (200, 0), (240, 1), (280, 2)) == [10, 20, 30, 31, 21, 11]
 
 
 def test_more_urgent_pending_interrupt_comes_first() -> None:
-    """B1.5.4: of all pending exceptions the one with the lowest priority number is taken."""
+    """B1.5.4: the pending exception with the lowest priority number is taken first."""
     assert order({0: 0x40, 1: 0x30}, (200, 0), (200, 1)) == [20, 21, 10, 11]
 
 
@@ -51,7 +51,7 @@ def test_of_equal_priorities_lower_number_comes_first() -> None:
 
 
 def test_subpriority_orders_but_does_not_preempt() -> None:
-    """B1.5.4, B3.2.6: with PRIGROUP 5 bits 7 and 6 are the group, and 0x50 and 0x40 one group."""
+    """B1.5.4, B3.2.6: with PRIGROUP 5, bits 7 and 6 are the group, so 0x50 and 0x40 are in one group."""
     grouped = store("AIRCR", 0x05FA_0500)
 
     assert order({0: 0x50, 1: 0x40}, (200, 0), (240, 1), before=grouped) == [10, 11, 20, 21]
@@ -59,7 +59,7 @@ def test_subpriority_orders_but_does_not_preempt() -> None:
 
 
 def test_prigroup_3_gives_four_bits_to_group() -> None:
-    """PM0214 table 51; what the HAL's NVIC_PRIORITYGROUP_4 sets."""
+    """PM0214 table 51. The HAL's NVIC_PRIORITYGROUP_4 selects this setting."""
     assert order({0: 0x50, 1: 0x40}, (200, 0), (240, 1), before=store("AIRCR", 0x05FA_0300)) == [
         10,
         20,
@@ -89,7 +89,7 @@ def test_aircr_without_its_key_changes_nothing() -> None:
 
 
 def test_priorities_have_four_bits() -> None:
-    """PM0214 4.3.7: the low four bits read as zero, so 0x4F and 0x40 are the same."""
+    """PM0214 4.3.7: the low four bits read as zero, so 0x4F and 0x40 are equal."""
     assert order({0: 0x4F, 1: 0x40}, (200, 0), (240, 1)) == [10, 11, 20, 21]
 
 
@@ -97,7 +97,7 @@ def test_priorities_have_four_bits() -> None:
 
 
 def test_pending_interrupt_is_tail_chained() -> None:
-    """B1.5.12: tail-chaining; no unstacking and stacking in between, so it takes 6 cycles, not 22."""
+    """B1.5.12: tail-chaining omits unstacking and stacking between handlers, so it takes 6 cycles instead of 22."""
     core = bench({1: 0x40, 2: 0x40})
     core.pulse_at_us(200, 1)
     core.pulse_at_us(240, 2)
@@ -109,7 +109,7 @@ def test_pending_interrupt_is_tail_chained() -> None:
 
 
 def test_entry_and_return_take_their_cycles() -> None:
-    """Cortex-M4 technical reference manual section 3.9: 12 cycles in, 10 out."""
+    """Cortex-M4 technical reference manual section 3.9: entry takes 12 cycles, return 10."""
     program = f"reset: {interrupts({2: 0})} log 1\n log 2\n log 3\n log 4\n b .\n irq2: bx lr\n"
     core, undisturbed = CoreBench(program), CoreBench(program)
     undisturbed.run_us(100)
@@ -123,7 +123,7 @@ def test_entry_and_return_take_their_cycles() -> None:
 
 @pytest.mark.parametrize("delay", [1, 6, 11, 12])
 def test_late_arrival_is_taken_first(delay: int) -> None:
-    """B1.5.11: a more urgent exception that arrives while the frame is saved takes its place."""
+    """B1.5.11: a more urgent exception that arrives while the frame is saved is taken in place of the first."""
     core = bench({0: 0x40, 2: 0x20})
     core.pulse_at_us(200, 0)
     core.pulse_at_us(200 + delay, 2)
@@ -134,7 +134,7 @@ def test_late_arrival_is_taken_first(delay: int) -> None:
 
 
 def test_interrupt_after_entry_preempts_handler() -> None:
-    """B1.5.11: too late to take its place."""
+    """B1.5.11: it arrives too late to be taken in place of the first."""
     core = bench({0: 0x40, 2: 0x20})
     core.pulse_at_us(200, 0)
     core.pulse_at_us(200 + ENTRY_CYCLES + 1, 2)
@@ -145,7 +145,7 @@ def test_interrupt_after_entry_preempts_handler() -> None:
 
 
 def test_interrupt_pended_by_handler_comes_after_it() -> None:
-    """B3.4.5: NVIC_ISPR; the usual way to hand work on to a lower priority."""
+    """B3.4.5: NVIC_ISPR, the usual way to pass work to a lower priority."""
     core = CoreBench(
         f"""
 reset: {interrupts({3: 0x20, 2: 0x40})}

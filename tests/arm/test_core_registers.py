@@ -1,4 +1,4 @@
-"""Registers of the system control space, and what a reset makes of them (ARMv7-M ARM B3.2, B3.4)."""
+"""Registers of the system control space and their values after a reset (ARMv7-M ARM B3.2, B3.4)."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_enable_registers_have_bit_for_each_input(word: int) -> None:
 
 
 def test_priorities_are_bytes() -> None:
-    """B3.4.9: four to a word; the low four bits of each are not implemented."""
+    """B3.4.9: four priorities in a word; the low four bits of each are not implemented."""
     written = store("IPR+68", 0x1234_5678)
 
     assert read(SYMBOLS["IPR"] + 68, written) == 0x1030_5070
@@ -86,7 +86,7 @@ irq3:  mov32 r0, ICSR
 
 
 def test_rettobase_tells_whether_another_exception_is_active() -> None:
-    """B3.2.4: 1 in the outer handler, 0 in the one that preempts it, 1 again after its return."""
+    """B3.2.4: 1 in the outer handler, 0 in the handler that preempts it, and 1 again after its return."""
     core = CoreBench(
         f"""
 reset: {interrupts({70: 0x40, 3: 0x20})} {store("ISPR+8", 64)} b .
@@ -111,7 +111,7 @@ irq3:  mov32 r0, ICSR
 
 
 def test_rettobase_counts_only_exceptions_besides_ipsr() -> None:
-    """B3.2.4: an SVC handler that clears its own active bit still has an interrupt below it."""
+    """B3.2.4: an SVC handler that clears its own active bit still has an active interrupt below it."""
     core = CoreBench(
         f"""
 reset: {interrupts({70: 0x40})} {store("ISPR+8", 64)} b .
@@ -139,7 +139,7 @@ def test_systems_priorities_are_in_shpr() -> None:
 
 
 def test_sysresetreq_resets_and_keeps_ram() -> None:
-    """B3.2.6: AIRCR.SYSRESETREQ; as NVIC_SystemReset does it. SRAM is not touched (RM0368 6.1.1)."""
+    """B3.2.6: AIRCR.SYSRESETREQ, as NVIC_SystemReset sets it. SRAM keeps its contents (RM0368 6.1.1)."""
     core = CoreBench(
         f"""
 reset: {store("IPR", 0x40)} mov32 r0, RAM
@@ -213,7 +213,7 @@ def test_reset_restores_power_on_state() -> None:
     ],
 )
 def test_program_lies_in_flash_or_ram(address: int, size: int) -> None:
-    """RM0368 2.3: 256 KB at 0x08000000, 64 KB at 0x20000000; system memory is ST's."""
+    """RM0368 2.3: 256 KB at 0x08000000, 64 KB at 0x20000000. System memory has ST's code."""
     with pytest.raises(ValueError, match=f"{size} bytes at 0x{address:08X} are neither in flash nor in RAM"):
         CoreBench("reset: b .\n", more=[(address, bytes(size))])
 
@@ -229,7 +229,7 @@ def test_program_may_bring_its_ram() -> None:
 
 @pytest.mark.parametrize("bit", [0, 1, 3, 7, 8, 10, 11, 12, 13, 14, 15, 16, 17, 18])
 def test_shcsr_writes_only_its_own_exceptions(bit: int) -> None:
-    """B3.2.13: active, pending and enable bits can be written; interrupts and PendSV stay pending."""
+    """B3.2.13: active, pending and enable bits can be written. Interrupts and PendSV stay pending."""
     shcsr, icsr, ispr0, pend_sv = 0xD24, 0xD04, 0x200, 1 << 28
     space = NativeChip()["SCS"]
     space.write(ispr0, 0xFFFF)

@@ -1,4 +1,4 @@
-"""Loops that wait are skipped, and nothing can tell: the same log, times, memory, number of instructions."""
+"""Skipping of waiting loops has no effect: log, times, memory and number of instructions stay the same."""
 
 from __future__ import annotations
 
@@ -186,7 +186,7 @@ def test_loop_that_does_something_is_executed(name: str) -> None:
 
 
 def test_delay_takes_its_ticks_in_any_slicing() -> None:
-    """A run that stops every 7 ms looks for its loop anew each time."""
+    """A run that stops every 7 ms must find its loop again each time."""
     whole = run(LOOPS["HAL_Delay of 20 ticks, as compiled without optimisation"], True)
     divided = prepared(LOOPS["HAL_Delay of 20 ticks, as compiled without optimisation"])
     for until_ms in range(0, 300, 7):

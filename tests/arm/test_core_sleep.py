@@ -7,7 +7,7 @@ import pytest
 from tests.support.arm.core_bench import ENTRY_CYCLES, CoreBench, interrupts, store
 
 BACK_US = ENTRY_CYCLES + 4 + 1 + 10 + 3
-"""From the interrupt to the log behind it: entry, handler (its log, BX), return, and the log's store."""
+"""Time from the interrupt to the log after it: entry, handler (log and BX), return, and the store of the log."""
 
 
 def bench(body: str, priorities: dict[int, int]) -> CoreBench:
@@ -19,7 +19,7 @@ def bench(body: str, priorities: dict[int, int]) -> CoreBench:
 @pytest.mark.parametrize("instruction", ["wfi", "wfe"])
 @pytest.mark.parametrize("at_us", [200, 200.125, 201, 12345.5])
 def test_interrupt_ends_sleep_at_its_time(instruction: str, at_us: float) -> None:
-    """B1.5.18, B1.5.19: it is taken as soon as it comes, and execution goes on behind the instruction."""
+    """B1.5.18, B1.5.19: the interrupt is taken at once, and execution continues after the instruction."""
     core = bench(f"log 1\n {instruction}\n log 2\n", {0: 0x20})
     core.pulse_at_us(at_us, 0)
     core.run_us(20_000)
@@ -42,7 +42,7 @@ def test_nothing_is_executed_in_sleep(instruction: str) -> None:
 
 
 def test_wfi_wakes_for_interrupt_blocked_by_primask() -> None:
-    """B1.5.19: PRIMASK is disregarded for waking up; the handler runs when it is cleared."""
+    """B1.5.19: PRIMASK does not prevent waking up. The handler runs when PRIMASK is cleared."""
     core = bench("cpsid i\n wfi\n log 1\n cpsie i\n log 2\n", {0: 0x20})
     core.pulse_at_us(200, 0)
     core.run_us(1_000)
@@ -52,7 +52,7 @@ def test_wfi_wakes_for_interrupt_blocked_by_primask() -> None:
 
 
 def test_wfi_does_not_sleep_with_masked_pending_interrupt() -> None:
-    """B1.5.19: the classical race-free idle loop: mask, test, WFI, unmask."""
+    """B1.5.19: the usual idle loop without a race: mask, test, WFI, unmask."""
     core = bench(f"cpsid i\n {store('ISPR', 1)} wfi\n log 1\n cpsie i\n log 2\n", {0: 0x20})
     core.run_us(100)
 
@@ -60,7 +60,7 @@ def test_wfi_does_not_sleep_with_masked_pending_interrupt() -> None:
 
 
 def test_wfi_ignores_interrupt_below_basepri() -> None:
-    """B1.5.19: only PRIMASK is disregarded, BASEPRI counts."""
+    """B1.5.19: only PRIMASK is ignored for waking up, BASEPRI is not."""
     core = bench("movs r2, #0x40\n msr basepri, r2\n wfi\n log 1\n", {0: 0x40, 1: 0x30})
     core.pulse_at_us(200, 0)
     core.pulse_at_us(400, 1)
@@ -70,7 +70,7 @@ def test_wfi_ignores_interrupt_below_basepri() -> None:
 
 
 def test_wfi_ignores_disabled_interrupt() -> None:
-    """B1.5.19: it never becomes an exception to be taken."""
+    """B1.5.19: a disabled interrupt never becomes an exception that can be taken."""
     core = bench("wfi\n log 1\n", {0: 0x40})
     core.pulse_at_us(200, 1)
     core.pulse_at_us(400, 0)
@@ -80,7 +80,7 @@ def test_wfi_ignores_disabled_interrupt() -> None:
 
 
 def test_wfi_in_handler_waits_for_preempting_interrupt() -> None:
-    """WFI in a handler waits for one that may preempt it."""
+    """WFI in a handler waits for an interrupt that may preempt the handler."""
     core = CoreBench(
         f"""
 reset: {interrupts({0: 0x40, 1: 0x20})} {store("ISPR", 1)} b .
@@ -121,7 +121,7 @@ def test_exception_that_was_handled_is_event() -> None:
 
 
 def test_wfe_ignores_interrupt_blocked_by_primask() -> None:
-    """B1.5.18, PM0214 2.5.2: WFE wakes for an exception of sufficient priority to cause exception entry."""
+    """B1.5.18, PM0214 2.5.2: WFE wakes up only for an exception whose priority is sufficient for exception entry."""
     core = bench("cpsid i\n wfe\n log 1\n", {0: 0x20})
     core.pulse_at_us(200, 0)
     core.run_us(1_000)
@@ -140,7 +140,7 @@ def test_sevonpend_wakes_wfe_for_disabled_interrupt(enabled: dict[int, int]) -> 
 
 
 def test_sevonpend_counts_new_pending_only() -> None:
-    """B3.2.7: "transitions from inactive to pending"; what has been pending is no event."""
+    """B3.2.7: "transitions from inactive to pending". An interrupt that was pending before is not an event."""
     core = bench(f"{store('SCR', 1 << 4)} cpsid i\n wfe\n log 1\n wfe\n log 2\n", {})
     core.pulse_at_us(200, 0)
     core.pulse_at_us(300, 0)
@@ -150,7 +150,7 @@ def test_sevonpend_counts_new_pending_only() -> None:
 
 
 def test_software_pending_is_event_too_with_sevonpend() -> None:
-    """B3.2.7; by NVIC_ISPR and STIR."""
+    """B3.2.7: pending by NVIC_ISPR and by STIR."""
     for name, value in (("ISPR", 1), ("STIR", 0)):
         core = bench(f"{store('SCR', 1 << 4)} {store(name, value)} wfe\n log 1\n", {})
         core.run_us(1_000)
@@ -161,7 +161,7 @@ def test_software_pending_is_event_too_with_sevonpend() -> None:
 
 
 def test_sleeponexit_sleeps_behind_last_handler() -> None:
-    """B1.5.17, B3.2.7: on return to Thread mode; the thread is not executed any more."""
+    """B1.5.17, B3.2.7: the core sleeps on return to Thread mode, and no more code of the thread is executed."""
     core = bench(f"{store('SCR', 2)} log 1\n", {0: 0x40, 1: 0x20})
     core.pulse_at_us(200, 0)
     core.pulse_at_us(201, 1)

@@ -1,4 +1,4 @@
-"""The chip in C is put back as it was: run, restore, run again gives the same."""
+"""Snapshots of the chip in C: run, restore, and run again give the same result."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ END_US = 20_000
 
 
 def picture(core: CoreBench) -> tuple[object, ...]:
-    """Registers, memory, exceptions, time; what the program has logged is Python's."""
+    """Return registers, memory, exceptions and time. The log of the program is kept in Python."""
     inner = core.core
     return (
         inner.core_state(),

@@ -18,12 +18,12 @@ def started(reload: int, control: int = ENABLE | TICKINT | CLKSOURCE) -> str:
 
 
 START_US = 14.0
-"""When the store that switches it on happens: the 15th instruction."""
+"""Time of the store that enables SysTick, which is the 15th instruction."""
 
 
 @pytest.mark.parametrize("reload", [49, 50, 99, 1000])
 def test_systick_period_is_reload_plus_one(reload: int) -> None:
-    """B3.3.1: from 0 the next clock reloads; the exception comes at each step from 1 to 0."""
+    """B3.3.1: at 0 the next clock reloads the counter. The exception comes at each step from 1 to 0."""
     core = CoreBench(f"reset: {started(reload)} b .\nsys_tick: log 1\n bx lr\n")
     core.run_us(10 * reload)
 
@@ -34,7 +34,7 @@ def test_systick_period_is_reload_plus_one(reload: int) -> None:
 
 
 def test_million_periods_do_not_drift() -> None:
-    """84 MHz / 84000, the HAL's millisecond: the thousandth tick is at exactly 1 s behind the start."""
+    """84 MHz / 84000 is the HAL's millisecond: the thousandth tick is exactly 1 s after the start."""
     core = CoreBench(
         f"reset: {started(83_999)} wfi\nagain: wfi\n b again\nsys_tick: log 1\n bx lr\n", hclk_hz=84_000_000
     )
@@ -46,7 +46,7 @@ def test_million_periods_do_not_drift() -> None:
 
 
 def test_counter_counts_down_from_reload() -> None:
-    """B3.3.5: SYST_CVR is 0 when written, reload one clock later."""
+    """B3.3.5: SYST_CVR is 0 after a write, and has the reload value one clock later."""
     core = CoreBench(
         f"reset: {started(20)} mov32 r0, SYST_CVR\n"
         + "ldr r4, [r0]\n log r4\n" * 6
@@ -89,7 +89,7 @@ wait:  ldr r4, [r0]
 
 
 def test_writing_counter_clears_it_and_flag() -> None:
-    """B3.3.5: "a write of any value clears the register to 0" and COUNTFLAG; no exception comes of it."""
+    """B3.3.5: "a write of any value clears the register to 0" and COUNTFLAG. It does not cause an exception."""
     core = CoreBench(
         f"""
 reset: {started(10, ENABLE | CLKSOURCE)} mov32 r0, SYST_CVR
@@ -129,7 +129,7 @@ def test_new_reload_value_applies_from_next_reload() -> None:
 
 
 def test_reload_value_0_stops_at_next_wrap() -> None:
-    """B3.3.1: "writing 0 to SYST_RVR disables the counter on the next wrap"; also if it is started so."""
+    """B3.3.1: "writing 0 to SYST_RVR disables the counter on the next wrap". This is also true for a start with 0."""
     core = CoreBench(f"reset: {started(99)} {store('SYST_RVR', 0)} b .\nsys_tick: log 1\n bx lr\n")
     core.run_us(10_000)
     assert core.values == [1]
@@ -143,7 +143,7 @@ def test_reload_value_0_stops_at_next_wrap() -> None:
 
 
 def test_disabled_systick_keeps_its_value() -> None:
-    """HAL_SuspendTick clears TICKINT only; clearing ENABLE stops the counter where it is."""
+    """HAL_SuspendTick clears only TICKINT. Clearing ENABLE stops the counter at its value."""
     core = CoreBench(
         f"""
 reset: {started(99)} {store("SYST_CSR", 0)} mov32 r0, SYST_CVR
@@ -161,7 +161,7 @@ reset: {started(99)} {store("SYST_CSR", 0)} mov32 r0, SYST_CVR
 
 @pytest.mark.parametrize("cycles", [Fraction(13, 10), Fraction(7, 3)])
 def test_writing_csr_again_does_not_disturb_count(cycles: Fraction) -> None:
-    """HAL_SuspendTick and HAL_ResumeTick, a thousand times: the phase stays what it was."""
+    """HAL_SuspendTick and HAL_ResumeTick are called a thousand times, and the phase does not change."""
     toggle = f"again: {store('SYST_CSR', 5)} {store('SYST_CSR', 7)} b again\n"
     core = CoreBench(f"reset: {started(999)} {toggle} sys_tick: bx lr\n", cycles=cycles)
     still = CoreBench(f"reset: {started(999)} b .\n sys_tick: bx lr\n", cycles=cycles)
@@ -172,7 +172,7 @@ def test_writing_csr_again_does_not_disturb_count(cycles: Fraction) -> None:
 
 
 def test_hclk_change_continues_from_count() -> None:
-    """RM0368 6.2: SysTick is fed from HCLK."""
+    """RM0368 6.2: HCLK is the clock of SysTick."""
     core = CoreBench(f"reset: {started(99)} {store('RATE', 500)} wfi\n b .\nsys_tick: log 1\n bx lr\n")
     core.run_us(600)
 
@@ -217,7 +217,7 @@ reset: {DWT_ON} mov32 r0, CYCCNT
 
 
 def test_cyccnt_is_cycles_per_instruction_times_instructions() -> None:
-    """At 84 MHz and 1.3 cycles an instruction: 1000 passes of two instructions take 2600 cycles."""
+    """At 84 MHz and 1.3 cycles per instruction, 1000 passes of two instructions take 2600 cycles."""
     core = CoreBench(
         f"""
 reset: {DWT_ON} mov32 r0, CYCCNT
@@ -239,7 +239,7 @@ again: subs r1, #1
 
 
 def test_cyccnt_stops_without_trcena() -> None:
-    """C1.6.5: DEMCR.TRCENA is the main switch. A classical trap: only a debugger sets it for you."""
+    """C1.6.5: DEMCR.TRCENA is the main switch. Programs often forget it, because a debugger sets it."""
     core = CoreBench(
         f"reset: {store('DWT_CTRL', 1)} mov32 r0, CYCCNT\n"
         "ldr r4, [r0]\n log r4\n ldr r4, [r0]\n log r4\n b .\n"
@@ -270,7 +270,7 @@ def test_change_of_hclk_keeps_cyccnt_counting_cycles() -> None:
 
 @pytest.mark.parametrize("hclk_hz", [0, 7])
 def test_systick_without_clock_does_not_count(hclk_hz: int) -> None:
-    """Nor is anything divided by zero: 7 Hz by 8, as CLKSOURCE is 0."""
+    """There is no division by zero either: 7 Hz by 8, because CLKSOURCE is 0."""
     chip = NativeChip()
     chip.clocks.set(hclk_hz=hclk_hz)
     space = chip["SCS"]

@@ -1,4 +1,4 @@
-"""Threads on the process stack, started by SVC and switched by PendSV, as FreeRTOS does it (ARM_CM4F port).
+"""Threads on the process stack, which SVC starts and PendSV switches, as in FreeRTOS (ARM_CM4F port).
 
 Stack pointers and modes: ARMv7-M ARM B1.4.1, B1.4.4; EXC_RETURN: table B1-8.
 """
@@ -82,7 +82,7 @@ YIELD = "mov32 r0, ICSR\n mov32 r1, 0x10000000\n str r1, [r0]\n dsb\n isb\n"
 
 
 def test_svc_starts_thread_on_its_stack() -> None:
-    """Table B1-8: returning with 0xFFFFFFFD goes to Thread mode on the process stack, CONTROL.SPSEL set."""
+    """Table B1-8: a return with 0xFFFFFFFD leads to Thread mode on the process stack, with CONTROL.SPSEL set."""
     core = CoreBench(
         START
         + """
@@ -127,7 +127,7 @@ loop2: log r4
 
 
 def test_threads_keep_all_floating_point_registers() -> None:
-    """S0 to S15 are in the frame of 26 words, S16 to S31 saved by the switch (0xFFFFFFED, bit 4 clear)."""
+    """The frame of 26 words has S0 to S15, and the switch saves S16 to S31 (0xFFFFFFED, bit 4 clear)."""
     fill = {
         thread: "\n".join(f"movs r0, #{100 * thread + n}\n vmov s{n}, r0" for n in range(32))
         for thread in (1, 2)
@@ -159,7 +159,7 @@ loop2: vmov r4, s0
 
 
 def test_thread_without_floating_point_coexists() -> None:
-    """The frame's kind is each thread's own: EXC_RETURN is saved with it."""
+    """Each thread has its own kind of frame, because EXC_RETURN is saved with it."""
     core = CoreBench(
         START
         + f"""
@@ -183,7 +183,7 @@ loop2: mrs r5, control
 
 
 def test_preemption_by_systick_loses_nothing() -> None:
-    """Two threads count without yielding; the switch comes anywhere, IT blocks and flags included."""
+    """Two threads count without yielding. The switch may come anywhere, also in IT blocks and between flags."""
     body = """
        movs r5, #0
        movs r6, #0
@@ -241,7 +241,7 @@ svc:   mov r4, sp
 
 
 def test_odd_process_stack_is_aligned_and_restored() -> None:
-    """B1.5.7 applies to either stack."""
+    """B1.5.7 applies to both stacks."""
     core = CoreBench(
         f"""
 reset: mov32 r0, {STACKS[0] - 4}
@@ -265,7 +265,7 @@ svc:   mrs r4, psp
 
 @pytest.mark.parametrize("number", [0, 3, 255])
 def test_svc_number_is_read_from_code(number: int) -> None:
-    """How kernels find it: the half-word in front of the return address (PM0214 3.10.10)."""
+    """Kernels find the number in the half-word before the return address (PM0214 3.10.10)."""
     core = CoreBench(
         f"""
 reset: svc #{number}
@@ -283,7 +283,7 @@ svc:   ldr r0, [sp, #24]
 
 
 def test_pendsv_waits_for_all_handlers_to_end() -> None:
-    """The reason for PendSV: at the lowest priority it switches when no interrupt is active."""
+    """This is the purpose of PendSV: at the lowest priority, it switches when no interrupt is active."""
     core = CoreBench(
         f"""
 reset: {interrupts({0: 0x40, 1: 0x20})} {store("SHPR3", 0x00F0_0000)} {store("ISPR", 1)} log 1

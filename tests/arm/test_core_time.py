@@ -1,4 +1,4 @@
-"""Virtual time: instructions x cycles / HCLK, exactly, however a run is divided, counted or skipped."""
+"""Virtual time is exactly instructions x cycles / HCLK, also if a run is divided, counted or skipped."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ cycles_each = st.sampled_from((Fraction(1), CYCLES_PER_INSTRUCTION, Fraction(2, 
 )
 @settings(max_examples=40)
 def test_nth_instruction_begins_after_n_cycle_times(hclk_hz: int, cycles: Fraction, before: int) -> None:
-    """Rounded down once, to a picosecond."""
+    """The time is rounded down once, to a picosecond."""
     core = CoreBench("reset: " + "nop\n" * before + "log 1\n log 2\n b .", hclk_hz=hclk_hz, cycles=cycles)
     core.run_us(300)
 
@@ -44,7 +44,7 @@ def test_nth_instruction_begins_after_n_cycle_times(hclk_hz: int, cycles: Fracti
 
 
 def test_second_has_64_615_385_instructions() -> None:
-    """The default: 1.3 cycles each, so 64,615,384.6 instructions a second at 84 MHz."""
+    """The default is 1.3 cycles per instruction, so 64,615,384.6 instructions a second at 84 MHz."""
     core = CoreBench("reset: b reset\n", hclk_hz=84_000_000, cycles=CYCLES_PER_INSTRUCTION)
     core.core.run_until_ps(PS_PER_S)
 
@@ -53,7 +53,7 @@ def test_second_has_64_615_385_instructions() -> None:
 
 @pytest.mark.parametrize("hclk_hz", [84_000_000, 84_012_243])
 def test_time_stays_exact_when_counts_exceed_64_bits(hclk_hz: int) -> None:
-    """A clock with a deviation has a rate without small terms: count x cycles x PS_PER_S / HCLK overflows soon."""
+    """The rate of a clock with a deviation has large terms: count x cycles x PS_PER_S / HCLK soon exceeds 64 bits."""
     turns = 20_000_000
     source = f"reset: mov32 r0, {turns}\nagain: subs r0, #1\nbne again\nlog 1\n b .\n"
     core = CoreBench(source, hclk_hz=hclk_hz, cycles=CYCLES_PER_INSTRUCTION)
@@ -66,7 +66,7 @@ def test_time_stays_exact_when_counts_exceed_64_bits(hclk_hz: int) -> None:
 
 
 def test_new_hclk_applies_from_its_store() -> None:
-    """RM0368 6.3.3: as when RCC_CFGR.SW switches to the PLL."""
+    """RM0368 6.3.3: for example when RCC_CFGR.SW selects the PLL."""
     core = CoreBench(f"reset: log 1\n {store('RATE', 4_000)} log 2\n {store('RATE', 500)} log 3\n b .\n")
     core.run_us(100)
 
@@ -76,7 +76,7 @@ def test_new_hclk_applies_from_its_store() -> None:
 
 
 def test_hclk_change_by_event_applies_from_event() -> None:
-    """As when the crystal fails and the clock security system goes back to HSI (RM0368 6.2.7)."""
+    """For example when the crystal fails and the clock security system selects HSI (RM0368 6.2.7)."""
     core = CoreBench(f"reset: {interrupts({0: 0})} wfi\n log 1\n b .\nirq0: bx lr\n")
     core.at_us(100, lambda: core.clocks.set(hclk_hz=2_000_000))
     core.pulse_at_us(101, 0)
@@ -114,11 +114,11 @@ CONDITIONAL = {
     "floating point": "vmov{} s0, r1",
     "status": "mrs{} r2, ipsr",
 }
-"""Of each way in which an instruction is made conditional; none of them clears Z."""
+"""An example of each way to make an instruction conditional. None of them clears Z."""
 
 
 def cycles_of(instructions: str, ends_us: Iterable[int]) -> int:
-    """By DWT's counter. R0 is 0, R1 is 1, R4 points to memory, Z is set; the run ends at each time."""
+    """Return the cycles by DWT's counter. R0 is 0, R1 is 1, R4 points to memory, Z is set; the run ends at each time."""
     core = CoreBench(
         f"""
 reset: {store("DEMCR", 1 << 24)} {store("DWT_CTRL", 1)} {store("CPACR", 0xF << 20)}
@@ -163,7 +163,7 @@ def test_branch_ending_it_block_takes_one_cycle(condition: str, ends_us: Iterabl
 
 @pytest.mark.parametrize("fails", [0, 1])
 def test_conditional_loop_takes_constant_time(fails: int) -> None:
-    """As one of instructions without a condition: 20 times six, and what begins it."""
+    """It takes as long as a loop of instructions without conditions: 20 times six, and the start."""
     core = CoreBench(
         f"""
 reset: movs r0, #20

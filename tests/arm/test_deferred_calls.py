@@ -1,4 +1,4 @@
-"""Deferred calls of the clock: events that nobody stops for, the same whoever looks when."""
+"""Deferred calls of the clock do not stop a run, and do not depend on the times of other stops."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The texts in docs/diagnosis.md are what the broken programs really give."""
+"""The texts in docs/diagnosis.md are the output of the broken programs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ EXAMPLES = re.findall(r"^<!-- (\w+) -->\n```text\n(.*?)\n```$", PAGE.read_text()
 
 @pytest.mark.parametrize(("name", "shown"), EXAMPLES, ids=[name for name, _ in EXAMPLES])
 def test_documented_example_equals_diagnosis(name: str, shown: str) -> None:
-    """``...`` stands for the rest."""
+    """In the page, ``...`` replaces the rest of a text."""
     said = (EXPECTED / f"{name}.txt").read_text().rstrip("\n")
     if shown.endswith("\n..."):
         shown = shown.removesuffix("\n...")

@@ -1,4 +1,4 @@
-"""Faults by single instructions: what each is called (ARMv7-M ARM B1.5.14)."""
+"""Faults caused by single instructions, and their names (ARMv7-M ARM B1.5.14)."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ def summary(board: Board) -> str:
 
 
 def cause(board: Board) -> str:
-    """The last part of the summary, after what has failed, when and where."""
+    """Return the last part of the summary, after the fault, its time and its place."""
     return summary(board).partition(": ")[2]
 
 
 def patch(board: Board, function: str, *code: int) -> int:
-    """Half-words in place of a function's beginning, from a multiple of 4 on; the address of the first."""
+    """Write half-words over the beginning of a function, from a multiple of 4, and return their address."""
     assert board.chip is not None
     assert board.chip.image.symbols is not None
     address = board.chip.image.symbols.address_of(function)
@@ -83,7 +83,7 @@ def test_floating_point_before_it_is_switched_on(words: Words) -> None:
 
 
 def test_unmapped_vector_table_locks_up(words: Words) -> None:
-    """ARMv7-M ARM B1.5.15: the HardFault's own vector cannot be read either."""
+    """ARMv7-M ARM B1.5.15: the vector of the HardFault cannot be read either."""
     board = template()
     board.run_for(0.01)
     assert board.chip is not None
@@ -102,11 +102,11 @@ def test_unmapped_vector_table_locks_up(words: Words) -> None:
 UNDEFINED = "udf #0"
 RAISE_NMI = "mov32 r0, 0xE000ED04 \n mov32 r1, 0x80000000 \n str r1, [r0]"  # ICSR.NMIPENDSET
 SKIP = "ldr r0, [sp, #24] \n adds r0, r0, #2 \n str r0, [sp, #24] \n bx lr"
-"""A handler that returns behind the instruction of two bytes that has faulted."""
+"""A handler that returns to the address after the faulting instruction of two bytes."""
 
 
 def with_handlers(thread: str, hard_fault: str, nmi: str) -> tuple[Board, Labels]:
-    """A board 10 ms after it has begun with these instructions; each part ends in an endless loop."""
+    """Return a board 10 ms after the start of these instructions. Each part ends in an endless loop."""
     board = template()
     assert board.chip is not None
     source = f"thread: {thread}\n b .\n hard_fault: {hard_fault}\n b .\n nmi: {nmi}\n loop: b .\n"
@@ -148,7 +148,7 @@ def test_lock_up_is_explained_by_its_first_fault(
 
 @pytest.mark.parametrize("thread", [RAISE_NMI, f"{UNDEFINED} \n {RAISE_NMI}"], ids=["alone", "after a fault"])
 def test_endless_nmi_is_reported_as_stuck(thread: str, words: Words) -> None:
-    """Also after a fault that was handled, which has nothing to do with it."""
+    """It is also reported after a handled fault, which is not the cause."""
     board, labels = with_handlers(thread, SKIP, "nop")
     assert board.chip is not None
     board.run_for(0.2)
@@ -196,7 +196,10 @@ KEYS = (0x4567_0123, 0xCDEF_89AB)
 
 
 def lost_store(control: int | None) -> int | None:
-    """The address of the recorded lost store after one to address 4096; ``control``: CR of the unlocked flash."""
+    """Return the recorded address of the lost store after a store to address 4096.
+
+    ``control``: CR of the unlocked flash.
+    """
     board = template()
     patch(board, "main", *STORE_AT_4096)
     assert board.chip is not None
@@ -214,7 +217,7 @@ def test_store_through_null_structure_is_recorded() -> None:
 
 
 def test_refused_programming_is_not_null_store() -> None:
-    """RM0368 3.6.4: a word with PSIZE 0 (bytes) sets PGPERR; the address is meant."""
+    """RM0368 3.6.4: a word with PSIZE 0 (bytes) sets PGPERR. The address is intended, so this is not a NULL pointer."""
     assert lost_store(control=1) is None
 
 
@@ -223,7 +226,7 @@ def test_refused_programming_is_not_null_store() -> None:
 
 @pytest.mark.parametrize(("name", "register"), [("I2C2", 0x4000_5800), ("ADC1", 0x4001_2004)])
 def test_harmless_write_does_not_hide_lost_one(name: str, register: int) -> None:
-    """The reset value changes nothing; the next write to the same register is lost without clock."""
+    """Writing the reset value changes nothing. The next write to the same register is lost without a clock."""
     board = template()
     assert board.chip is not None
     for value in (0, 0, 1):

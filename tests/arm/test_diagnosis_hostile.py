@@ -1,4 +1,4 @@
-"""Whatever the firmware has done to itself, a diagnosis comes, soon, and without an error of ours."""
+"""For any damage that firmware causes, the diagnosis is fast and does not raise an error."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ EXC_RETURN = 0xFFFF_FFF9
 
 @pytest.mark.parametrize("seed", range(24))
 def test_damaged_firmware_is_diagnosed_without_error(seed: int) -> None:
-    """Some half-words of the template's code are replaced; a third of the files has no symbols."""
+    """Some half-words of the template's code are replaced. A third of the files have no symbols."""
     board = Board(firmware=ELF)
     assert board.chip is not None
     chance = random.Random(seed)

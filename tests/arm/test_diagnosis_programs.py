@@ -1,4 +1,4 @@
-"""Broken student programs and what is said about them; the texts are in tests/arm/broken/expected."""
+"""Diagnoses of broken student programs; the texts are in tests/arm/broken/expected."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_only_stuck_program_is_failure(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["ended", "masked_delay", "fine_callback"])
 def test_diagnosis_frees_its_copies(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A copy of the chip is more than a megabyte, and a live board is looked at for hours."""
+    """A copy of the chip has more than a megabyte, and a live board is diagnosed for hours."""
     copies: list[BareCore] = []
 
     class Copy(BareCore):
@@ -132,7 +132,7 @@ def test_hardware_wait_of_three_seconds_is_allowed() -> None:
 
 
 def test_diagnosis_changes_nothing() -> None:
-    """The probe works on a copy: a run that is looked at goes on as one that is not."""
+    """The probe works on a copy, so a diagnosed run continues like any other run."""
     looked_at, left_alone = (Board(firmware=FOLDER / "unshifted_address.elf") for _ in range(2))
     for board in (looked_at, left_alone):
         for _ in range(20):
@@ -150,7 +150,7 @@ def test_diagnosis_changes_nothing() -> None:
 
 @pytest.fixture(scope="module")
 def rebuilt(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Some programs, built from copies of the sources somewhere else on this machine."""
+    """Build some programs from copies of the sources in another folder."""
     root = tmp_path_factory.mktemp("sources")
     shutil.copytree(arm.sources() / "support", root / "firmware_model" / "arm" / "support")
     folder = root / "tests" / "arm" / "broken"
@@ -163,7 +163,7 @@ def rebuilt(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @needs_compiler
 @pytest.mark.parametrize("name", REBUILT)
 def test_rebuilt_programs_have_same_summary(name: str, rebuilt: Path) -> None:
-    """Another compiler gives other addresses; what is said first is the same."""
+    """Another compiler gives other addresses, but the first line stays the same."""
     summary = diagnosed(name, rebuilt).splitlines()[0]
 
     assert without_times(summary) == without_times((EXPECTED / f"{name}.txt").read_text().splitlines()[0])

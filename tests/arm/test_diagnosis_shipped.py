@@ -1,4 +1,4 @@
-"""The shipped programs: nothing is said about them while all is well, and the cause when it is not."""
+"""Diagnoses of the shipped programs: none without a fault, and the cause if there is one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Names of faults, exceptions and addresses, as the manuals give them."""
+"""Names of faults, exceptions and addresses, as in the manuals."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def test_system_exceptions_and_gaps_are_named() -> None:
 def test_wrong_address_names_intended_sensor(
     given: str, on_the_wire: int, meant: list[str], words: Words
 ) -> None:
-    """Addresses: LSM6DSL datasheet T10, LIS2MDL 5.1.1, LPS22HB 7.2.1; the HAL takes them in 8 bits."""
+    """Addresses: LSM6DSL datasheet T10, LIS2MDL 5.1.1, LPS22HB 7.2.1. The HAL takes them with 8 bits."""
     signals = Board().signals
     cause = nobody(signals, signals.i2c["I2C2"], on_the_wire)
 

@@ -25,7 +25,7 @@ def stream_base(stream: int) -> int:
 
 
 class Register:
-    """A data register that counts up when it is read, and keeps what is written."""
+    """A data register that counts up at each read, and stores written values."""
 
     def __init__(self) -> None:
         self.value = 0
@@ -69,7 +69,7 @@ class DmaBench:
         return block.read(4 * (stream >= 4)) >> (0, 6, 16, 22)[stream % 4] & 0x3F
 
     def requests(self, count: int, line: str = "I2C2_RX") -> int:
-        """How many of ``count`` requests were served."""
+        """Return the number of served requests among ``count`` requests."""
         return sum(self.lines.request(line) for _ in range(count))
 
 
@@ -165,7 +165,7 @@ def test_request_needs_enabled_stream() -> None:
 
 
 def test_stopped_stream_serves_no_request_and_sets_tc() -> None:
-    """RM0368 9.3.15: TCIF tells that the transfer under way has ended."""
+    """RM0368 9.3.15: TCIF shows that the transfer in progress has ended."""
     bench = DmaBench()
     bench.start(3, I2C2_RX | MINC, 4)
     bench.requests(1)
@@ -176,7 +176,7 @@ def test_stopped_stream_serves_no_request_and_sets_tc() -> None:
 
 
 def test_circular_stream_stopped_midway_keeps_its_remainder() -> None:
-    """RM0368 9.3.15: EN reads 0, NDTR has the items not moved, and TCIF requests the interrupt."""
+    """RM0368 9.3.15: EN reads 0, NDTR has the number of remaining items, and TCIF requests the interrupt."""
     bench = DmaBench()
     bench.start(3, I2C2_RX | MINC | CIRC | TCIE, 6)
     bench.requests(8)
@@ -191,7 +191,7 @@ def test_circular_stream_stopped_midway_keeps_its_remainder() -> None:
 
 
 def test_stopped_stream_resumes_with_new_address_and_remainder() -> None:
-    """RM0368 9.3.15: software writes the rest to NDTR and the next address to M0AR."""
+    """RM0368 9.3.15: software writes the remaining number to NDTR and the next address to M0AR."""
     bench = DmaBench()
     bench.start(3, I2C2_RX | MINC, 4)
     bench.requests(1)
@@ -214,7 +214,7 @@ def test_stopped_memory_copy_moves_nothing_more() -> None:
 
 
 def test_enabling_completed_stream_reloads_ndtr() -> None:
-    """RM0368 9.5.6: to the value that software wrote last."""
+    """RM0368 9.5.6: NDTR is reloaded with the value that software wrote last."""
     bench = DmaBench()
     bench.start(3, I2C2_RX | MINC, 2)
     bench.requests(2)
@@ -245,7 +245,7 @@ def test_stream_without_items_does_not_start() -> None:
 
 @pytest.mark.parametrize(("dma", "is_noted"), [(1, True), (2, False)])
 def test_memory_to_memory_on_dma1_is_noted(dma: int, is_noted: bool) -> None:
-    """9.3.2: only DMA2 can."""
+    """9.3.2: only DMA2 can transfer from memory to memory."""
     bench = DmaBench()
     bench.start(0, MEMORY_TO_MEMORY | PINC | MINC, 4, memory=RAM + 64, peripheral=RAM, dma=dma)
     assert bench.chip.problems() == ({"memory-to-memory": {}} if is_noted else {})

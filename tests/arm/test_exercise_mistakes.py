@@ -1,6 +1,7 @@
 """Mistakes in the exercises: the scenario of the exercise and the rubric agree, and both lead to the fix.
 
-With FCU_ALL_STUDENTS=1 all of tests/arm/mistakes/exercises.toml, a quarter of an hour; else a part.
+With FCU_ALL_STUDENTS=1 all of tests/arm/mistakes/exercises.toml is run, which takes a quarter of an hour; otherwise a
+part.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def in_one_line(output: str) -> str:
-    """The words of an output, whatever its line breaks are."""
+    """Return the words of an output without its line breaks."""
     return " ".join(output.replace("fcu:", " ").split())
 
 

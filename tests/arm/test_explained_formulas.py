@@ -1,6 +1,6 @@
-"""Wrong formulas are explained: the step, what the program computes in its place, and the line.
+"""Explanations of wrong formulas: the step, the formula that the program computes, and the line.
 
-Correct programs are not: nothing is claimed about them, however they are written.
+Correct programs get no explanation, for any way in which they are written.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ NUMBER = [6, 7, 8, 9, 10, *[23] * 5, *[40] * 6]  # by line
 
 
 class Pins:
-    """EXTI and SYSCFG of one chip."""
+    """EXTI and SYSCFG of a chip, with its pins."""
 
     def __init__(self) -> None:
         self.chip = NativeChip()
@@ -31,7 +31,7 @@ def pins() -> Pins:
 
 @pytest.mark.parametrize("line", range(16))
 def test_each_line_has_its_interrupt(pins: Pins, line: int) -> None:
-    """RM0368 table 38. Pulled low first: after reset PA13 and PA15 are pulled up (8.4.4)."""
+    """RM0368 table 38. The pins are pulled low first, because PA13 and PA15 are pulled up after reset (8.4.4)."""
     pins.chip.gpio.drive("A", line, 0)
     pins.listen(line)
     pins.chip.gpio.drive("A", line, 1)
@@ -52,7 +52,7 @@ def test_only_selected_edges_count(pins: Pins, rising: bool, falling: bool, seen
 
 
 def test_exti_line_follows_port_of_syscfg(pins: Pins) -> None:
-    """RM0368 7.2.4: EXTICR2 holds lines 4 to 7, port C is 2."""
+    """RM0368 7.2.4: EXTICR2 has lines 4 to 7, and 2 selects port C."""
     pins.listen(4)
     pins.syscfg.write(EXTICR2, 2)
     pins.chip.gpio.drive("A", 4, 1)
@@ -70,7 +70,7 @@ def test_masked_edge_waits_for_its_mask(pins: Pins) -> None:
 
 
 def test_software_can_raise_enabled_line(pins: Pins) -> None:
-    """RM0368 10.3.5: sets PR where IMR is set; clearing PR clears SWIER."""
+    """RM0368 10.3.5: SWIER sets PR if IMR is set, and clearing PR clears SWIER."""
     pins.exti.write(IMR, 1 << 9)
     pins.exti.write(SWIER, 1 << 9 | 1 << 3)
     assert pins.exti.read(PR) == 1 << 9
@@ -114,7 +114,7 @@ def test_exti_event_mode_is_noted(pins: Pins) -> None:
 
 
 def test_debug_pull_ups_cause_no_edge(pins: Pins) -> None:
-    """PA13 and PA15 have been high since reset (8.4.4); a selection of port A again moves nothing."""
+    """PA13 and PA15 have been high since reset (8.4.4). Selecting port A again does not cause an edge."""
     pins.exti.write(RTSR, 0xFFFF)
     pins.syscfg.write(EXTICR2, 0)
     assert pins.exti.read(PR) == 0

@@ -1,4 +1,4 @@
-"""The firmware in C: the shipped ELF files are what the sources give, and hold what a board needs."""
+"""The shipped ELF files are current builds of the firmware in C, and have the parts that a board needs."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def shipped(name: str) -> Path:
 
 
 def compiler_of(elf: Path) -> str:
-    """What the compiler wrote into .comment: its name and version."""
+    """Return the text of the compiler in .comment: its name and version."""
     with elf.open("rb") as file:
         section = ELFFile(file).get_section_by_name(".comment")
         return str(section.data().rstrip(b"\0").decode()) if section else ""
@@ -51,7 +51,7 @@ def symbols(name: str) -> dict[str, int]:
 
 @pytest.fixture(scope="module")
 def rebuilt(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The four programs, built from a copy of the sources somewhere else on this machine."""
+    """Build the four programs from a copy of the sources in another folder."""
     folder = tmp_path_factory.mktemp("firmware")
     for part in ("support", *arm.PROGRAMS):
         shutil.copytree(arm.sources() / part, folder / part)
@@ -86,7 +86,7 @@ def test_program_is_within_chip_memory(name: str) -> None:
 
 @variants
 def test_vector_table_starts_program(name: str) -> None:
-    """ARMv7-M ARM B1.5.3: word 0 is the stack, word 1 the reset handler with bit 0 set for Thumb."""
+    """ARMv7-M ARM B1.5.3: word 0 is the stack pointer, word 1 the reset handler with bit 0 set for Thumb."""
     with shipped(name).open("rb") as file:
         table = ELFFile(file).get_section_by_name(".isr_vector")
         assert table is not None

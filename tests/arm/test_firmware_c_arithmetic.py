@@ -1,6 +1,6 @@
-"""The C firmware's arithmetic, compiled for this computer, against the Python model's: equal to the last bit.
+"""The arithmetic of the C firmware, compiled for this computer, equals that of the Python model in every bit.
 
-The lab's arithmetic: single-precision scaling, integer pressure and temperature, float32 stores of doubles.
+The lab's arithmetic has single-precision scaling, integer pressure and temperature, and float32 stores of doubles.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ milligauss = st.integers(-50_000, 50_000)
 
 
 class Axes(ctypes.Structure):
-    """``AxesRaw_TypeDef``."""
+    """The C structure ``AxesRaw_TypeDef``."""
 
     _fields_ = (("AXIS_X", ctypes.c_int32), ("AXIS_Y", ctypes.c_int32), ("AXIS_Z", ctypes.c_int32))
 
@@ -56,7 +56,7 @@ class Axes(ctypes.Structure):
 
 @pytest.fixture(scope="module")
 def c(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
-    """The pure parts of the firmware as a library: conversion.c of support/, motion.c of solution/."""
+    """Return a library with the pure parts of the firmware: conversion.c of support/, motion.c of solution/."""
     folder = tmp_path_factory.mktemp("arithmetic")
     (folder / "globals.c").write_text(GLOBALS)
     support, solution = arm.sources() / "support", arm.sources() / "solution"
@@ -81,7 +81,7 @@ def set_axes(c: ctypes.CDLL, name: str, values: tuple[int, int, int]) -> None:
 
 
 def bits(value: float) -> bytes:
-    """The float32's bits: tells 0.0 from -0.0; every NaN is one."""
+    """Return the bits of the float32, which distinguish 0.0 from -0.0. All NaN are equal."""
     return b"nan" if math.isnan(value) else struct.pack("<f", value)
 
 
@@ -101,7 +101,7 @@ def test_pressure_is_converted_alike(c: ctypes.CDLL, raw: int) -> None:
 
 
 def test_pressure_equals_slides(c: ctypes.CDLL) -> None:
-    """Raw 4003431 prints 977.400024."""
+    """The raw value 4003431 prints 977.400024."""
     assert f"{c.PressureFromBytes((4003431).to_bytes(3, 'little')):f}" == "977.400024"
 
 

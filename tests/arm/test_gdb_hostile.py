@@ -1,4 +1,4 @@
-"""Packets that mean harm, to the core itself: errors and stops, never an exception."""
+"""Hostile packets to the debugger cause errors and stops, but never an exception."""
 
 from __future__ import annotations
 

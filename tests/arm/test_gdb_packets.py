@@ -1,4 +1,4 @@
-"""The remote protocol without sockets and without a core: GDB manual, "GDB Remote Serial Protocol"."""
+"""The remote protocol without sockets and without a core (GDB manual, "GDB Remote Serial Protocol")."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def test_memory_map_has_flash_and_ram() -> None:
 
 
 def test_flash_in_memory_map_has_block_size() -> None:
-    """GDB manual, "Memory Map Format": without it GDB refuses the whole map."""
+    """GDB manual, "Memory Map Format": without the block size, GDB refuses the whole map."""
     flash = ET.fromstring(memory_map_xml()).findall("memory[@type='flash']/property[@name='blocksize']")
 
     assert [int(one.text or "", 16) for one in flash] == [0x4000]

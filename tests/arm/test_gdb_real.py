@@ -1,7 +1,7 @@
-"""A real gdb in batch mode against the board: what the protocol's own tests cannot know.
+"""A real gdb in batch mode, connected to the board, tests the protocol from the other side.
 
-The transcript is the one in docs/debugging.md. Addresses, line numbers and times are not compared: they
-change with the compiler and with every edit of the C sources.
+The transcript is that of docs/debugging.md. Addresses, line numbers and times are not compared, because they change
+with the compiler and with each change of the C sources.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def gdb_command(script: Path, elf: Path, target: str) -> list[str]:
 
 
 def debug(board: Board, script: str, tmp_path: Path, *, kind: str = "remote", elf: str = "solution") -> str:
-    """What gdb prints for a script, commands with "(gdb) " in front, on a board that waits for it."""
+    """Return gdb's output for a script on a waiting board; each command has "(gdb) " before it."""
     file = tmp_path / "script.gdb"
     file.write_text(script)
     server = serve(board, 0, halted=True)

@@ -1,4 +1,4 @@
-"""The debugger's socket: one client on 127.0.0.1, time that stands still, and what a rude client can do."""
+"""The debugger's socket: one client on 127.0.0.1, stopped time, and hostile clients."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SLICE_PS = 100_000
 
 
 class Bench:
-    """A server in front of a target that only counts."""
+    """A server with a target that only counts."""
 
     def __init__(self, halted: bool = False) -> None:
         self.target = FakeTarget()
@@ -34,12 +34,12 @@ class Bench:
         self.server.run_until_ps(self.target.now_ps + SLICE_PS)
 
     def call(self) -> Client:
-        """Connect, and say nothing yet."""
+        """Connect without sending data."""
         self.clients.append(Client(self.server, self.run))
         return self.clients[-1]
 
     def connect(self) -> Client:
-        """Connect as GDB does, which asks first what the other side can do."""
+        """Connect as GDB does, which first asks for the supported features."""
         client = self.call()
         client.ask(b"qSupported")
         return client
@@ -65,7 +65,7 @@ def test_without_debugger_board_runs(bench: Bench) -> None:
 
 
 def test_debugger_after_leaving_one_is_served(bench: Bench) -> None:
-    """Both are seen in the same moment."""
+    """The server sees both events at the same time."""
     bench.connect().close()
     client = bench.connect()
 
@@ -251,7 +251,7 @@ def test_python_firmware_cannot_be_debugged() -> None:
 
 
 def test_run_under_debugger_is_unchanged() -> None:
-    """Free, with a debugger that looks and goes on, and with one that stops at every callback."""
+    """It runs without a stop, with a debugger that reads and continues, and with one that stops at every callback."""
     end_ps = 1_080 * PS_PER_MS
 
     def outcome(stops: bool | None) -> tuple[bytes, int, int]:

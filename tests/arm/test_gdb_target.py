@@ -1,4 +1,4 @@
-"""The core as a debugger's target: where it stops, and that nothing else is different for it."""
+"""The core as a debugger's target: its stops, and runs that a debugger does not change."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.support.arm.thumb_assembler import assemble
 
 
 class Debugged:
-    """A bench whose core a debugger holds in front of its first instruction."""
+    """A bench whose core a debugger has stopped before its first instruction."""
 
     def __init__(self, program: str, *, skip: bool = True) -> None:
         self.bench = CoreBench(program, skip=skip)
@@ -105,7 +105,7 @@ def test_breakpoint_changes_no_memory_and_no_time() -> None:
     ],
 )
 def test_waiting_loop_with_breakpoint_is_not_skipped(loop: str) -> None:
-    """The loop is skipped when nobody looks; each passage of the breakpoint is a stop all the same."""
+    """Without a debugger the loop is skipped. With one, each pass of the breakpoint is a stop."""
     program = f"""
     reset:  mov32 r4, FLAG
             mov32 r5, RAM
@@ -199,7 +199,7 @@ CONDITIONAL = st.sampled_from(
 def test_it_block_in_single_steps_is_unchanged(
     body: list[tuple[str, bool]], condition: str, left: int, right: int
 ) -> None:
-    """ARMv7-M ARM A7.3: conditions, flags and the number of instructions that take time."""
+    """ARMv7-M ARM A7.3: the conditions, the flags and the number of instructions that take time stay the same."""
     body[0] = body[0][0], True
     letters = "".join("t" if then else "e" for _, then in body[1:])
     block = "\n".join(text.format(condition) for text, _ in body)
@@ -457,7 +457,7 @@ def test_memory_read_ends_at_unmapped_address() -> None:
 
 
 def test_code_written_to_flash_is_executed() -> None:
-    """WFE is one of the instructions that are looked up in the code beforehand."""
+    """WFE is one of the instructions for which the core searches the code beforehand."""
     gdb = Debugged(LOOP)
     gdb.go(until_us=50)
     gdb.target.halt()

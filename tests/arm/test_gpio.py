@@ -1,4 +1,4 @@
-"""GPIO: outputs, inputs, pulls, open drain, the lock (RM0368 section 8), and who shares a pin."""
+"""GPIO: outputs, inputs, pulls, open drain, the lock (RM0368 section 8), and pins with several drivers."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_reset_values(chip: NativeChip, name: str, moder: int, pupdr: int) -> No
 
 
 def test_led_is_lit_by_low_output(chip: NativeChip, port: NativePeripheral) -> None:
-    """ST's firmware: PB5, active low, lit from MX_GPIO_Init on because ODR is 0."""
+    """ST's firmware: PB5 is active low. It is lit from MX_GPIO_Init on, because ODR is 0."""
     led = Led("LED1", chip.gpio, "B", 5)
     assert not led.on
     mode(port, 5, OUTPUT)
@@ -139,7 +139,7 @@ def test_alternate_function_releases_pin(chip: NativeChip, port: NativePeriphera
 
 
 def test_locked_pins_keep_their_set_up_until_reset(port: NativePeripheral) -> None:
-    """RM0368 8.4.8: LCKK written 1, 0, 1 with the same pins."""
+    """RM0368 8.4.8: LCKK is written as 1, 0, 1 with the same pins."""
     mode(port, 5, OUTPUT)
     for value in (1 << 16 | 1 << 5, 1 << 5, 1 << 16 | 1 << 5):
         port.write(LCKR, value)
@@ -173,7 +173,7 @@ def test_each_listener_gets_edge_once(chip: NativeChip, port: NativePeripheral) 
 
 
 def test_pin_state_before_chip_is_kept() -> None:
-    """Parts pull their chip selects up before there is a chip."""
+    """Sensors pull their chip selects up before the chip is connected."""
     heard = list[int]()
     clock, trace = Clock(), Trace()
     gpio = Gpio(clock, trace)

@@ -1,6 +1,7 @@
-"""Exercises done one after the other turn green one after the other; mistakes lose where they should.
+"""Programs with more exercises done pass more checks, and each mistake fails its own checks.
 
-All of the class: ``python -m tests.support.arm.graded_programs``; here some of it, by the exercises that it is about.
+The whole class: ``python -m tests.support.arm.graded_programs``. This file tests a part of it, one exercise at a
+time.
 """
 
 from __future__ import annotations
@@ -107,7 +108,7 @@ def test_constant_output_earns_no_number_points(rubric: Rubric, folder: Path) ->
 
 @pytest.mark.parametrize("run", ["sensors", "stairs", "tilt", "steep_x", "steep_y", "heading", "iron"])
 def test_drawn_motions_are_possible_for_sensors(run: str, rubric: Rubric) -> None:
-    """Within what the sensors measure at the lab's settings, and no tilt sensor is fooled by acceleration."""
+    """The motions are in the range of the sensors at the lab's settings, and acceleration does not distort the tilt."""
     for seed in range(25):
         scenario = rubric.scenario(run, seed)
         world = Board(scenario=scenario, seed=seed).world  # motions are planned ahead
@@ -130,7 +131,7 @@ def test_led_is_required_on_both_sides(run: str, axis: int, rubric: Rubric) -> N
 
 
 def test_with_hard_iron_no_axis_shows_0(rubric: Rubric) -> None:
-    """Minima and maxima that begin at 0 would pass on a weaker board."""
+    """On a weaker board, minima and maxima that begin at 0 would pass."""
     for seed in range(25):
         scenario = rubric.scenario("iron", seed)
         world = Board(scenario=scenario, seed=seed).world
@@ -141,7 +142,7 @@ def test_with_hard_iron_no_axis_shows_0(rubric: Rubric) -> None:
 @pytest.mark.parametrize("run", ["heading", "iron"])
 @pytest.mark.parametrize("wrong", ["pitch", "roll"])
 def test_wrong_axis_in_root_shows_in_yaw(run: str, wrong: str, rubric: Rubric) -> None:
-    """Longer than a round of main's loop, so that one print at least has it, and by more than the tolerance."""
+    """The error lasts longer than a pass of the main loop, so that a print shows it, and exceeds the tolerance."""
     for seed in range(40):
         scenario = rubric.scenario(run, seed)
         world = Board(scenario=scenario, seed=seed).world
@@ -154,7 +155,7 @@ def test_wrong_axis_in_root_shows_in_yaw(run: str, wrong: str, rubric: Rubric) -
 
 
 def _yaw_deg(force_g: np.ndarray, field: np.ndarray, wrong: str) -> np.ndarray:
-    """The yaw of the slides; ``wrong``: the angle with its own axis in the root."""
+    """Return the yaw of the slides. ``wrong``: the angle whose root has its own axis."""
     (gx, gy, gz), (bx, by, bz) = force_g.T, field.T
     pitch = np.arctan2(-gx, np.hypot(gx if wrong == "pitch" else gy, gz))
     roll = np.arctan2(gy, np.hypot(gy if wrong == "roll" else gx, gz))

@@ -1,4 +1,4 @@
-"""Firmware that does what it must not: the board goes on, nothing of the host is reached or used up."""
+"""Hostile firmware: the board continues, and the firmware cannot reach or exhaust the host."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ STEP = 0x000F_FF04  # 4112 places in 4 GB, at another offset each time
 
 
 def status(board: Board) -> int:
-    """CFSR, which says what faulted (ARMv7-M ARM B3.2.15)."""
+    """Return CFSR, which shows the fault (ARMv7-M ARM B3.2.15)."""
     assert board.chip is not None
     return board.chip.core.peek(0xE000_ED28) or 0
 
@@ -46,7 +46,7 @@ def test_endless_loop_costs_nothing(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("access", ["ldr r1, [r0]", "str r1, [r0]", "strb r1, [r0]", "ldrd r1, r3, [r0]"])
 def test_every_address_may_be_accessed(access: str, tmp_path: Path) -> None:
-    """Nothing but RAM changes where memory is, and what has a name is told by it."""
+    """Only RAM can be changed, and a note names each peripheral that was accessed."""
     source = f"""
     reset: movs r0, #0
            movs r4, #0
@@ -71,7 +71,7 @@ def test_every_address_may_be_accessed(access: str, tmp_path: Path) -> None:
 
 
 def test_reading_all_registers_bounds_notes(tmp_path: Path, words: Words) -> None:
-    """RM0368 table 1: 131072 words from 0x40000000 on, most of them no register."""
+    """RM0368 table 1: 131072 words from 0x40000000, of which most are not registers."""
     source = f"""
     reset: {EVERY_CLOCK_AND_INTERRUPT}
            mov32 r0, 0x40000000
@@ -96,7 +96,7 @@ def test_reading_all_registers_bounds_notes(tmp_path: Path, words: Words) -> Non
 
 
 def test_code_in_peripheral_space_is_not_executed(tmp_path: Path) -> None:
-    """ARMv7-M ARM B3.1, table B3-1: Device memory is Execute Never; IACCVIOL in CFSR."""
+    """ARMv7-M ARM B3.1, table B3-1: Device memory is Execute Never, and CFSR has IACCVIOL."""
     board = board_with(program("reset: mov32 r0, 0x40011001\nbx r0"), tmp_path)
 
     board.run_for(1.0)
@@ -105,7 +105,7 @@ def test_code_in_peripheral_space_is_not_executed(tmp_path: Path) -> None:
 
 
 def test_code_at_unmapped_address_faults(tmp_path: Path) -> None:
-    """ARMv7-M ARM B1.5.14: a bus error on an instruction fetch, IBUSERR."""
+    """ARMv7-M ARM B1.5.14: a bus error of an instruction fetch, IBUSERR."""
     board = board_with(program("reset: mov32 r0, 0x10000001\nbx r0"), tmp_path)
 
     board.run_for(1.0)
@@ -125,7 +125,7 @@ def test_fault_in_fault_handler_locks_up(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("stack", [RAM, RAM + 8, 0x2001_0000, 0x0800_1000, 0x4000_0000, 0xFFFF_FFF8, 0])
 def test_stack_anywhere_survives_interrupts(stack: int, tmp_path: Path) -> None:
-    """What cannot be saved is a stacking error (STKERR), which becomes a HardFault, and that a lock-up."""
+    """A frame that cannot be saved is a stacking error (STKERR). It becomes a HardFault, which causes a lock-up."""
     source = "reset:\n" + put("SYST_RVR", 100) + f"mov32 r2, {stack}\nmov sp, r2\n" + put("SYST_CSR", 7)
     board = board_with(program(source + "b .\ninterrupt: push {r0-r3, lr}\npop {r0-r3, pc}"), tmp_path)
 
@@ -137,7 +137,7 @@ def test_stack_anywhere_survives_interrupts(stack: int, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("semihosting", ["bkpt #0xab", "svc #0xab"])
 def test_semihosting_calls_reach_no_host(semihosting: str, tmp_path: Path) -> None:
-    """SYS_OPEN for writing of a file on the host (Arm semihosting): here a breakpoint without debugger."""
+    """SYS_OPEN would write a file on the host (Arm semihosting). Here it is a breakpoint without a debugger."""
     target = tmp_path / "written"
     name = str(target).encode() + b"\0"
     source = f"reset: movs r0, #1\nmov32 r1, {RAM}\n{semihosting}\nb .\nfault: b ."
@@ -150,7 +150,7 @@ def test_semihosting_calls_reach_no_host(semihosting: str, tmp_path: Path) -> No
 
 
 def test_two_register_reads_are_not_loop(tmp_path: Path) -> None:
-    """A polled register read twice at the same passage, as LDM does: the loop still ends."""
+    """A polled register is read twice in one pass, as LDM does. The loop still ends."""
     source = f"""
     reset: {EVERY_CLOCK_AND_INTERRUPT}
            mov32 r0, 0x40020010    ; GPIOA_IDR, GPIOA_ODR
@@ -171,7 +171,7 @@ def test_two_register_reads_are_not_loop(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("period", [0, 1, 2])
 def test_fastest_interrupts_do_not_stop_time(period: int, tmp_path: Path) -> None:
-    """An update every ``period`` + 1 cycles of 62.5 ns; with 0 the counter is blocked (RM0368 14.3.1)."""
+    """An update occurs every ``period`` + 1 cycles of 62.5 ns. With 0 the counter is blocked (RM0368 14.3.1)."""
     source = "reset:\n" + EVERY_CLOCK_AND_INTERRUPT + put("TIM9_ARR", period)
     source += put("TIM9_DIER", 1) + put("TIM9_CR1", 1) + "b .\ninterrupt: bx lr"
     board = board_with(program(source), tmp_path)
@@ -182,7 +182,7 @@ def test_fastest_interrupts_do_not_stop_time(period: int, tmp_path: Path) -> Non
 
 
 def test_code_that_rewrites_itself_runs_as_rewritten(tmp_path: Path) -> None:
-    """In RAM: ``movs r0, #1`` becomes ``movs r0, #2`` in front of itself, and the loop ends."""
+    """Code in RAM changes ``movs r0, #1`` before itself to ``movs r0, #2``, and the loop ends."""
     source = f"""
     reset: mov32 r0, {RAM}
            mov32 r1, 0x47702001     ; movs r0, #1; bx lr

@@ -1,7 +1,7 @@
-"""Five hundred random programs, five milliseconds each: none raises, none hangs, time goes on exactly.
+"""Five hundred random programs run for five milliseconds each, without an exception, a hang, or an error of time.
 
-Fixed seeds, so that every run executes the same programs. What bounds a run is the number of instructions:
-5 ms at 84 MHz and 1.3 cycles each are 323,000. A PLL that is set too high gives up to 48 times as many.
+The seeds are fixed, so that every run executes the same programs. The number of instructions limits a run: 5 ms at 84
+MHz and 1.3 cycles each are 323,000. A PLL with too high a frequency gives up to 48 times as many.
 """
 
 from __future__ import annotations
@@ -66,13 +66,13 @@ LOADS_AND_STORES = (0x6000, 0x6800, 0x7000, 0x7800, 0x8000, 0x8800)
 
 
 def noise(random: Random) -> bytes:
-    """A vector table that loads, and bytes."""
+    """Return a valid vector table, followed by random bytes."""
     table = struct.pack("<16I", STACK, FLASH | 0x41, *(FLASH + random.randrange(0x1000) for _ in range(14)))
     return table + random.randbytes(0x1000)
 
 
 def instructions(random: Random) -> bytes:
-    """Instructions in a hundred combinations, registers pointing at blocks; faults are stepped over."""
+    """Return instructions in a hundred combinations, with registers that point at peripherals. Faults are skipped."""
     registers = "".join(f"mov32 r{n}, {random.choice(PLACES) + 4 * random.randrange(64)}\n" for n in range(8))
     head = f"reset:\n{registers}b random\n{GO_ON_SOMEWHERE}random:\n"
     size = len(program(head.replace("CODE_AT", "RAM"))) - (CODE - FLASH)
@@ -102,12 +102,12 @@ def _half(word: int) -> bytes:
 
 
 def register_writes(random: Random) -> bytes:
-    """Any values to any registers of some blocks, all of them clocked and allowed to interrupt."""
+    """Return writes of random values to registers of some peripherals, which all have clocks and enabled interrupts."""
     return _from_table([_write(random) for _ in range(random.choice((20, 100, 400)))])
 
 
 def clock_settings(random: Random) -> bytes:
-    """The same, with the core and the buses at other frequencies again and again, most of them forbidden."""
+    """Return the same with many changes of the clocks of the core and the buses, most of them not permitted."""
     entries = []
     for _ in range(random.choice((1, 2, 5))):
         entries += _clocks(random)
@@ -117,7 +117,7 @@ def clock_settings(random: Random) -> bytes:
 
 
 def transfers(random: Random) -> bytes:
-    """Blocks that are set up well enough to work, by DMA from and to anywhere, in any order."""
+    """Return peripherals that are set up well enough to work, with DMA between any addresses, in any order."""
     makers = (_dma_stream, _dma_stream, _serial, _spi, _i2c, _timer)
     entries = [
         _entry(ADDRESSES[f"GPIO{port}"][0] + offset, value) for port in "ABC" for offset, value in _PINS
@@ -201,12 +201,14 @@ def _timer(random: Random) -> list[bytes]:
 
 
 _HALF, _BYTE, _WAIT = 1, 2, 3
-"""What is done with the value of an entry, other than storing a word."""
+"""Uses of an entry's value other than storing a word."""
 
 
 def _from_table(entries: list[bytes]) -> bytes:
-    """A program that carries out the entries again and again, faults or not. Interrupts are disabled by their
-    handler until then: else the first one that nobody serves would be the end of the program.
+    """Return a program that carries out the entries in a loop, even after faults.
+
+    Each interrupt is disabled by its handler until then. Otherwise the first interrupt that is not served would end
+    the program.
     """
     source = f"""
     reset: {EVERY_CLOCK_AND_INTERRUPT}
@@ -258,7 +260,7 @@ def _entry(address: int, value: int, kind: int = 0) -> bytes:
 
 
 def _clocks(random: Random) -> list[bytes]:
-    """HSI, then perhaps a PLL of any factors as SYSCLK, and any prescalers (RM0368 6.3.1 to 6.3.3)."""
+    """Select HSI, then sometimes a PLL with any factors as SYSCLK, and any prescalers (RM0368 6.3.1 to 6.3.3)."""
     n = random.choice((0, 0, 1, 2, 50, 192, 336, 432, 511, random.randrange(512)))
     m = random.choice((0, 1, 2, 8, 16, 63, random.randrange(64)))
     pllcfgr = (
@@ -311,7 +313,7 @@ def test_random_clock_settings_do_not_break_board(shard: int, tmp_path: Path) ->
 
 
 def test_random_programs_do_something(tmp_path: Path) -> None:
-    """They are executed, not only refused: registers of many blocks are met, and interrupts come."""
+    """The programs are executed and not only refused: they access registers of many peripherals, and interrupts occur."""
     random = Random(0)
     kinds = (instructions, register_writes)
     boards = [board_with(made(random), tmp_path) for made in kinds for _ in range(5)]

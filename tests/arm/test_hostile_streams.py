@@ -1,8 +1,8 @@
-"""A hundred thousand random instruction streams on the C library, under sanitizers, without Python.
+"""A hundred thousand random instruction streams on the C library, with sanitizers and without Python.
 
-tests/arm/hostile makes them: random half-words, encodings of 32 bits, mutations of real programs, blocks set
-up well and badly with any clock down to none, branches and accesses to where memories end. Streams have
-numbers; ``hostile NUMBER COUNT PROGRAM ...`` runs some of them again.
+tests/arm/hostile generates them: random half-words, encodings of 32 bits, mutations of real programs, peripherals
+with good and bad settings and any clock down to none, branches and accesses to the ends of memories. Streams have
+numbers; ``hostile NUMBER COUNT PROGRAM ...`` repeats some of them.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ LEAST = {
     "bytes on buses": STREAMS // 40,
     "bytes sent": STREAMS // 20,
 }
-"""What the streams come to; less would mean that most of them end before they do any harm."""
+"""Minimum counts of the streams. If they are lower, most streams end before they cause any harm."""
 
 pytestmark = [
     pytest.mark.skipif(not CC, reason="needs gcc or clang: neither is installed"),
@@ -52,7 +52,7 @@ pytestmark = [
 
 @pytest.fixture(scope="module")
 def driver(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The driver, with the library's sources."""
+    """Build the driver with the library's sources."""
     made = tmp_path_factory.mktemp("hostile") / "hostile"
     sources = *FOLDER.glob("*.c"), *SOURCES.rglob("*.c")
     command = [CC, *FLAGS, f"-I{SOURCES}", *sources, "-lm", "-o", made]
@@ -63,7 +63,7 @@ def driver(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def programs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
-    """Contents of flash."""
+    """Return the contents of flash of some programs."""
     contents = [flash_of(firmware) for firmware in FIRMWARE] + list(map(speed_programs.program, ASSEMBLY))
     folder = tmp_path_factory.mktemp("programs")
     files = [folder / f"{number}.bin" for number in range(len(contents))]
@@ -73,7 +73,7 @@ def programs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
 
 
 def flash_of(firmware: Path) -> bytes:
-    """What a programmer would write, from the beginning of flash on."""
+    """Return the data that a programmer writes, from the beginning of flash."""
     content = bytearray()
     for address, data in load_firmware(firmware).segments:
         end = address - FLASH + len(data)
@@ -83,7 +83,7 @@ def flash_of(firmware: Path) -> bytes:
 
 
 def run(driver: Path, first: int, count: int, programs: list[Path]) -> dict[str, str]:
-    """What was seen, by name; what is wrong fails the test with the sanitizers' words."""
+    """Return the counts by name. An error fails the test with the output of the sanitizers."""
     options = {"ASAN_OPTIONS": "quarantine_size_mb=16", "UBSAN_OPTIONS": "print_stacktrace=1"}
     done = subprocess.run(
         [driver, str(first), str(count), *programs],
@@ -104,12 +104,12 @@ def test_hostile_streams_pass_sanitizers(driver: Path, programs: list[Path]) -> 
 
 
 def test_stream_depends_on_its_number_only(driver: Path, programs: list[Path]) -> None:
-    """What was seen once can be seen again."""
+    """A result can be repeated."""
     assert run(driver, 640, 640, programs) == run(driver, 640, 640, programs)
 
 
 def test_sanitizer_finding_names_stream(driver: Path, programs: list[Path]) -> None:
-    """An option of the driver makes a mistake of its own: one byte after the chip's memory."""
+    """An option of the driver causes an error in the driver: it writes one byte after the chip's memory."""
     done = subprocess.run(
         [driver, "70", "1", *programs],
         env=os.environ | {"HOSTILE_MISTAKE": "1"},

@@ -1,4 +1,4 @@
-"""What C keeps of the sensors' bytes shows nowhere: a bus that keeps and one that is live do the same."""
+"""Bytes of the sensors that C keeps have no visible effect: a bus that keeps bytes and a live bus behave the same."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ Action: TypeAlias = tuple[str, int, int, int]
 
 
 class Live:
-    """A device that says nothing of its bytes but when it is asked for one."""
+    """A device that gives its bytes only when each is requested."""
 
     def __init__(self, target: I2CTarget) -> None:
         self._target = target
@@ -77,7 +77,7 @@ class Live:
 
 
 class Board:
-    """The bench with its bus; ``live``: nothing is kept."""
+    """The bench with its bus. ``live``: no bytes are kept."""
 
     def __init__(self, *, live: bool) -> None:
         self.bench = bench = CommBench()
@@ -93,7 +93,7 @@ class Board:
             self.act(("write", *one))
 
     def act(self, action: Action) -> None:
-        """Do it, and write down what firmware sees."""
+        """Do the action, and record the data that firmware reads."""
         name, *numbers = action
         try:
             self.seen.append(getattr(self, f"_{name}")(*numbers))
@@ -109,13 +109,13 @@ class Board:
         self.hal.wait_idle()
 
     def _interrupt(self, address: int, register: int, count: int) -> bytes:
-        """Sub-address and read in two messages, the second by interrupts."""
+        """Write the sub-address and read in two messages, the second by interrupts."""
         self.hal.mem_write(address, register, b"")
         self.hal.wait_idle()
         return self._again(address, register, count)
 
     def _again(self, address: int, _: int, count: int) -> bytes:
-        """A read that goes on where the last one has ended."""
+        """Read on from the end of the last read."""
         return self.hal.receive_interrupt(address, count)
 
     def _dma(self, address: int, register: int, count: int) -> bytes:
@@ -140,7 +140,7 @@ class Board:
         self.bench.wait(us * PS_PER_US)
 
     def _disable(self, address: int, register: int, count: int) -> None:
-        """PE = 0 in the middle of a message."""
+        """Set PE = 0 in the middle of a message."""
         bench, hal = self.bench, self.hal
         hal.wait_idle()
         hal._set(CR1, ACK)
@@ -158,7 +158,7 @@ class Board:
         hal._set(CR1, 1)
 
     def _restart(self, address: int, register: int, other: int) -> bytes:
-        """One byte from one device, a repeated start, one from another."""
+        """Read one byte of one device, then with a repeated start one byte of another."""
         bench, hal, data = self.bench, self.hal, b""
         hal.wait_idle()
         hal._set(CR1, ACK)
@@ -183,7 +183,7 @@ class Board:
         return data
 
     def _debugger(self, address: int, register: int, us: int) -> None:
-        """Somebody reads the part in Python after a while, in the middle of whatever is under way then."""
+        """Read the sensor in Python after a while, in the middle of any message that is then in progress."""
         clock, part = self.bench.clock, self.part(address)
         clock.schedule(
             clock.now_ps + us * PS_PER_US, lambda: self.seen.append(part.read(register, 2, clock.now_ps))
@@ -208,7 +208,7 @@ class Board:
         return target.part
 
     def state(self) -> list[object]:
-        """All that can be seen afterwards."""
+        """Return everything that can be observed afterwards."""
         bench = self.bench
         bench.wait(3 * PS_PER_MS)  # no fault lasts longer
         parts = [self.part(address) for address in DEVICES]
@@ -273,7 +273,7 @@ def test_kept_bytes_equal_live_reads_with_faults(
 
 
 class Calls:
-    """How often the parts are asked."""
+    """Count of the calls to the sensors."""
 
     def __init__(self, board: Board) -> None:
         self.count = 0
@@ -294,7 +294,7 @@ class Calls:
 
 @pytest.mark.parametrize("kind", ["read", "interrupt", "dma"])
 def test_sample_is_requested_once(kind: str) -> None:
-    """The first message fills the train; later messages need no call."""
+    """The first message loads all bytes; later messages need no call."""
     board = Board(live=False)
     for _ in range(2):
         board.act((kind, LIS2MDL, 0x68, 6))
@@ -334,7 +334,7 @@ def test_kept_messages_are_among_recent_transfers() -> None:
 
 @pytest.mark.parametrize("start", [0x20, 0xA0])
 def test_part_with_increment_bit_gets_it(start: int) -> None:
-    """With it a burst goes on, without it stays; also from bytes that the chip keeps."""
+    """With this bit a burst increments the address, without it the address stays. This also holds for kept bytes."""
     board = Board(live=False)
     bench, part = board.bench, Asking()
     part.write(0x20, bytes(range(1, 9)), 0)

@@ -1,4 +1,4 @@
-"""I2C2 driven as HAL V1.6.0 drives it, against the same bus's whole transfers (RM0368 section 18)."""
+"""I2C2 as HAL V1.6.0 uses it, compared with whole transfers of the same bus (RM0368 section 18)."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ delays = st.lists(st.sampled_from([0, 0, 0, 5 * PS_PER_US, 30 * PS_PER_US, 300 *
 
 
 class MemoryChip:
-    """256 bytes, each different, behind a sub-address that runs on: a lost or doubled byte shows."""
+    """A memory of 256 different bytes with a sub-address that increments, so that a lost or repeated byte is visible."""
 
     def __init__(self) -> None:
         self.bytes = bytearray((7 * index + 3) & 0xFF for index in range(256))
@@ -99,7 +99,7 @@ def bench_with_memory(delays: list[int] | None = None) -> tuple[CommBench, HalI2
 
 
 def whole_read(register: int, count: int) -> tuple[bytes, int]:
-    """The oracle: the same read as one whole transfer, and where it leaves the sub-address."""
+    """Return the result of the same read as one whole transfer, and the sub-address after it."""
     bench, _, memory = bench_with_memory()
     return bench.board.i2c2.bus.transfer(MEMORY, bytes((register,)), count), memory.address
 
@@ -159,7 +159,7 @@ def start_stream(bench: CommBench, stream: int, count: int, direction: int = 0) 
 
 @pytest.mark.parametrize("count", [2, 3, 6, 14])
 def test_dma_with_last_reads_same(count: int) -> None:
-    """RM0368 18.3.7: with LAST the byte after the next to last transfer is not acknowledged."""
+    """RM0368 18.3.7: with LAST, the byte after the last but one transfer is not acknowledged."""
     bench, hal, memory = bench_with_memory()
     start_stream(bench, RX_STREAM, count)
     hal.mem_read_dma_address(MEMORY, 0x55)
@@ -173,7 +173,7 @@ def test_dma_with_last_reads_same(count: int) -> None:
 
 @pytest.mark.parametrize("count", [1, 2, 9])
 def test_dma_writes_same_as_whole_transfer(count: int) -> None:
-    """RM0368 18.3.7: TxE requests each byte; BTF after the last one, then STOP."""
+    """RM0368 18.3.7: TxE requests each byte. BTF follows the last one, then STOP."""
     bench, hal, memory = bench_with_memory()
     data = bytes(range(0xA0, 0xA0 + count))
     bench.ram[:count] = data
@@ -189,7 +189,7 @@ def test_dma_writes_same_as_whole_transfer(count: int) -> None:
 
 @pytest.mark.parametrize("moved", [1, 3])
 def test_stopping_stream_midway_holds_i2c_read(moved: int) -> None:
-    """RM0368 9.3.15, 18.3.3: the next byte waits in DR with RxNE; firmware can take it, NACK and stop."""
+    """RM0368 9.3.15, 18.3.3: the next byte waits in DR with RxNE. Firmware can read it, send a NACK and stop."""
     bench, hal, _ = bench_with_memory()
     start_stream(bench, RX_STREAM, 6)
     hal.mem_read_dma_address(MEMORY, 0x55)
@@ -210,7 +210,7 @@ def test_stopping_stream_midway_holds_i2c_read(moved: int) -> None:
 
 
 def test_prompt_firmware_takes_wire_time() -> None:
-    """Six bytes at 400 kHz: start, three address bytes, restart, data, stop, and software's own time."""
+    """Six bytes at 400 kHz: start, three address bytes, restart, data, stop, and the time of the software."""
     bench, hal, _ = bench_with_memory()
     bench.trace.record_all()
     hal.mem_read(MEMORY, 0, 6)
@@ -278,7 +278,7 @@ def test_forbidden_setting_is_noted(
     [(42, 0x8000 | 35, 13), (4, 0x8000 | 4, 2), (2, 10, 3), (10, 0xC000 | 1, 4), (2, 4, 3)],
 )
 def test_settings_at_manuals_limits_are_not_noted(cr2: int, ccr: int, trise: int) -> None:
-    """18.6.2, 18.6.8, 18.6.9; where SCL stays below the sensors' 400 kHz. The oscillator is not exact."""
+    """18.6.2, 18.6.8, 18.6.9: SCL stays below the sensors' 400 kHz at these limits. The oscillator has an error."""
     bench, _, _ = bench_with_memory()
     bench.clocks.set(pclk1_hz=cr2 * 1_000_150, nominal_pclk1_hz=cr2 * 1_000_000)
     for register, value in ((CR1, 0), (CR2, cr2), (CCR, ccr), (TRISE, trise), (CR1, PE), (CR1, PE | START)):
@@ -289,7 +289,7 @@ def test_settings_at_manuals_limits_are_not_noted(cr2: int, ccr: int, trise: int
 
 @pytest.mark.parametrize(("register", "name"), [(CCR, "CCR"), (TRISE, "TRISE")])
 def test_setting_changed_while_enabled_is_noted_once(register: int, name: str) -> None:
-    """18.6.8, 18.6.9: only while PE = 0."""
+    """18.6.8, 18.6.9: the setting can be changed only while PE = 0."""
     bench, _, _ = bench_with_memory()
     value = bench.read(bench.i2c2, register)
     for _ in range(2):
@@ -301,7 +301,7 @@ def test_setting_changed_while_enabled_is_noted_once(register: int, name: str) -
 
 
 def test_freq_of_fractional_pclk1_is_rounded() -> None:
-    """18.6.2: FREQ holds whole megahertz; ST's HAL rounds 10.5 MHz down."""
+    """18.6.2: FREQ has whole megahertz, and ST's HAL rounds 10.5 MHz down."""
     bench, _, _ = bench_with_memory()
     bench.clocks.set(pclk1_hz=10_500_000)
     for register, value in ((CR1, 0), (CR2, 10), (TRISE, 4), (CR1, PE), (CR1, PE | START)):
@@ -310,7 +310,7 @@ def test_freq_of_fractional_pclk1_is_rounded() -> None:
 
 
 def addressed_for_writing() -> CommBench:
-    """The memory has answered to its address, and DR is empty."""
+    """Return a state in which the memory has acknowledged its address, and DR is empty."""
     bench, _, _ = bench_with_memory()
     bench.modify(bench.i2c2, CR1, set_bits=START)
     bench.poll(bench.i2c2, SR1, SB)
@@ -344,7 +344,7 @@ def test_receiver_address_sets_addr_alone() -> None:
 
 @pytest.mark.parametrize("bit", [START, STOP])
 def test_byte_written_after_request_is_dropped(bit: int) -> None:
-    """ST's HAL writes a dummy byte after START, to end the interrupts of TXE and BTF."""
+    """ST's HAL writes a dummy byte after START to end the interrupts of TXE and BTF."""
     bench = addressed_for_writing()
     bench.write(bench.i2c2, DR, 0x31)
     bench.modify(bench.i2c2, CR1, set_bits=bit)
@@ -375,7 +375,7 @@ def test_stop_before_waiting_byte_is_noted(bit: int) -> None:
 
 
 def test_sensor_setup_equals_whole_transfers() -> None:
-    """The lab's set-up, written by registers and by the board's own master: every byte of each part."""
+    """The lab's set-up is written once by registers and once by the board's master, and all bytes are compared."""
     setup = [
         (LSM6DSL, 0x12, b"\x44"),
         (LSM6DSL, 0x10, b"\xa8\x6c"),
@@ -500,7 +500,7 @@ def test_slave_mode_is_noted() -> None:
 
 
 def test_polled_firmware_needs_no_event() -> None:
-    """The block's flags come by themselves: an event would end a run of instructions."""
+    """The flags change without an event, because an event would end a run of instructions."""
     bench, hal, _ = bench_with_memory()
     assert bench.next_ps == NEVER_PS
     bench.modify(bench.i2c2, CR1, set_bits=START)
@@ -513,7 +513,7 @@ def test_polled_firmware_needs_no_event() -> None:
 
 
 def test_polling_frequency_does_not_change_events() -> None:
-    """A poll that is skipped must leave no mark: one look at the end sees what a thousand looks saw."""
+    """A skipped poll must have no effect: one read at the end gives the same as a thousand reads."""
 
     def run(look: Callable[[CommBench], None]) -> tuple[int, int]:
         bench, hal, _ = bench_with_memory()
@@ -550,7 +550,7 @@ def test_addr_is_cleared_by_sr1_then_sr2_only() -> None:
 
 
 def test_full_receiver_holds_clock_until_dr_read() -> None:
-    """18.3.3, closing a reception: BTF with DR and the shift register full, SCL low."""
+    """18.3.3, closing a reception: BTF is set with DR and the shift register full, and SCL is low."""
     bench, hal, memory = bench_with_memory()
     memory.address = 0x20
     hal._set(CR1, 1 << 10)

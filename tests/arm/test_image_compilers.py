@@ -1,6 +1,6 @@
-"""Types and lines as GCC really writes them, in every version of DWARF; the values are stated in C.
+"""Types and lines as GCC writes them, in every version of DWARF. The values are stated in C.
 
-Only where the cross compiler is installed. Variables are constants, so that the file holds their values.
+The tests need the cross compiler. Variables are constants, so that the file has their values.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The page on firmware files says what the loaders say."""
+"""The page about firmware files has the messages of the loaders."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""ELF files: what is loaded where, and what is refused before it can do harm (ELF specification 1.2)."""
+"""ELF files: loaded contents, and refusal of harmful files (ELF specification 1.2)."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def refusal(data: bytes) -> FirmwareFileError:
 
 
 def test_initial_values_are_loaded_at_their_physical_address() -> None:
-    """.data lies in flash (its load address) until the start-up code copies it; .bss loads nothing."""
+    """.data is in flash (its load address) until the start-up code copies it. .bss loads no data."""
     values, bss = b"\1\2\3\4" * 4, Load(FLASH + 0x300, b"", virtual=RAM + 16, memory_size=0x800)
 
     image = parse_firmware(elf([Load(FLASH, code()), Load(FLASH + 0x200, values, virtual=RAM), bss]), "a.elf")
@@ -129,7 +129,7 @@ def test_segments_that_overlap_are_refused(words: Words) -> None:
 
 
 def test_overlapping_segments_are_refused_before_copying(words: Words) -> None:
-    """Each is a legal part of the file; together they would be gigabytes."""
+    """Each segment is a valid part of the file; together they would be gigabytes."""
     whole = elf([Load(FLASH, code(size=0x3_0000))])
     header = whole[52:84]
     many = patched(whole, E_PHOFF, "<I", len(whole)) + header * 60_000
@@ -192,7 +192,7 @@ def test_damaged_section_names_cost_only_symbols(words: Words) -> None:
 
 
 def test_entry_address_is_not_used() -> None:
-    """After reset the core takes the vector table's word 1 (ARMv7-M ARM B1.5.5), whatever e_entry says."""
+    """After reset the core uses word 1 of the vector table (ARMv7-M ARM B1.5.5), for any e_entry."""
     image = parse_firmware(patched(elf(), 24, "<I", 0x1234_5678), "a.elf")
 
     assert image.reset_vector == struct.unpack_from("<I", code(), 4)[0]

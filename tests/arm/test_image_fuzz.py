@@ -1,7 +1,7 @@
-"""Ten thousand damaged files: each is run or refused in one line, at a cost in proportion to its size.
+"""Each of ten thousand damaged files runs or is refused in one line, with a cost proportional to its size.
 
-The mutations come from fixed seeds, so that every run tries the same files. Cost is counted in steps of the
-reader of debug information, not measured in time; everything else passes over the file once.
+The mutations have fixed seeds, so that every run tries the same files. The cost is a count of steps in the reader of
+debug information, not a time; all other readers pass over the file once.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ STEPS_PER_BYTE = 30  # an object of three bytes costs 32 steps, and tables may b
 
 
 def survives(data: bytes) -> bool:
-    """Load and ask everything; whether the file was accepted."""
+    """Load a file and read all its information. Return whether the file was accepted."""
     try:
         image = parse_firmware(data, "fuzz.elf")
     except FirmwareFileError as refused:
@@ -42,7 +42,7 @@ def survives(data: bytes) -> bool:
 
 
 def assert_sound(image: FirmwareImage) -> None:
-    """What the board relies on: contents inside the memories, without overlaps, and a way to start."""
+    """Assert the properties on which the board relies: contents inside the memories, no overlaps, and a start address."""
     end = 0
     for segment in image.segments:
         assert fits(segment.address, segment.end)
@@ -73,7 +73,7 @@ def ask(symbols: Symbols) -> None:
 
 
 def hex_file() -> bytes:
-    """Every type of record."""
+    """Return a HEX file with every type of record."""
     records = [b"\x02\0\0\x04\x08\0", b"\x04\0\0\x05\x08\0\0\x41", b"\x04\0\0\x03\0\0\0\0"]
     records += [
         bytes([16]) + at.to_bytes(2, "big") + b"\0" + code()[at : at + 16] for at in range(0, 256, 16)
@@ -84,7 +84,7 @@ def hex_file() -> bytes:
 
 
 def resealed(data: bytes) -> bytes:
-    """Damaged records with right checksums again, to get past the first check."""
+    """Return damaged records with correct checksums, so that they pass the first check."""
     lines = []
     for line in data.split(b"\r\n"):
         try:
@@ -103,7 +103,7 @@ def test_undamaged_files_load() -> None:
 @pytest.mark.parametrize("version", [4, 5])
 @pytest.mark.parametrize("shard", [1, 2])
 def test_damaged_elf_files_load_or_are_refused(shard: int, version: int) -> None:
-    """4000, damaged anywhere."""
+    """4000 files are damaged at any place."""
     whole, random = debug_elf(version), Random(10 * shard + version)
     accepted = sum(survives(mutated(whole, random, OF_ELF)) for _ in range(1000))
 
@@ -113,7 +113,7 @@ def test_damaged_elf_files_load_or_are_refused(shard: int, version: int) -> None
 @pytest.mark.parametrize("version", [4, 5])
 @pytest.mark.parametrize("region", ["symbols", "debug information"])
 def test_elf_files_with_damaged_names_survive(region: str, version: int) -> None:
-    """3200; the headers stay, so that damage is met by the readers behind them."""
+    """3200 files keep their headers, so that the damage reaches the readers behind them."""
     whole = debug_elf(version)
     start = whole.index(code()) + len(code())
     middle = whole.index(b"\x01\x11\x01")  # the first abbreviation
@@ -127,7 +127,7 @@ def test_elf_files_with_damaged_names_survive(region: str, version: int) -> None
 
 @pytest.mark.parametrize("shard", range(4))
 def test_damaged_large_elf_files_load_or_are_refused(shard: int) -> None:
-    """100, of a third of a megabyte."""
+    """100 files have a third of a megabyte each."""
     whole = PREBUILT.read_bytes()
     random = Random(20 + shard)
     places = (0, whole.index(b"main.c"), len(whole) - 900)  # headers, somewhere inside, section table
@@ -138,7 +138,7 @@ def test_damaged_large_elf_files_load_or_are_refused(shard: int) -> None:
 
 
 def test_damaged_hex_files_load_or_are_refused() -> None:
-    """1600, every second one with right checksums."""
+    """1600 files are damaged, and half of them have correct checksums."""
     random = Random(3)
     accepted = sum(
         survives(resealed(damaged) if number % 2 else damaged)
@@ -150,7 +150,7 @@ def test_damaged_hex_files_load_or_are_refused() -> None:
 
 
 def test_damaged_binary_files_load_or_are_refused() -> None:
-    """1000."""
+    """1000 binary files are damaged."""
     random = Random(4)
     accepted = sum(survives(mutated(code(), random)) for _ in range(1000))
 
@@ -158,7 +158,7 @@ def test_damaged_binary_files_load_or_are_refused() -> None:
 
 
 def test_damaged_files_take_no_memory() -> None:
-    """100; the largest of them, with its doubled headers, has 20 KB."""
+    """100 files are damaged; the largest, with doubled headers, has 20 KB."""
     random = Random(5)
     files = [mutated(debug_elf(4 + number % 2), random, OF_ELF) for number in range(100)]
     survives(debug_elf())  # what is loaded once

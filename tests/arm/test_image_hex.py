@@ -1,6 +1,6 @@
-"""Intel HEX: every record type, every line ending, and damage named with its line.
+"""Intel HEX: every record type, every line ending, and damage that is reported with its line.
 
-Expectations from the "Hexadecimal Object File Format Specification", Intel, revision A, 1988.
+Expectations are from the "Hexadecimal Object File Format Specification", Intel, revision A, 1988.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def test_last_line_needs_no_ending() -> None:
 
 
 def test_start_addresses_are_accepted_and_not_used() -> None:
-    """Types 03 and 05 tell a debugger where to start; a Cortex-M starts at its vector table."""
+    """Types 03 and 05 tell a debugger the start address. A Cortex-M starts by its vector table."""
     lines = [record(5, 0, bytes.fromhex("08001234")), record(3, 0, bytes.fromhex("00003800"))]
 
     assert parse_firmware(hex_file(*lines), "lab3.hex").reset_vector == RESET | 1
@@ -98,7 +98,7 @@ def test_segment_base_reaches_one_megabyte() -> None:
 
 
 def test_segment_base_addresses_wrap_within_64_kb() -> None:
-    """The address of byte i is base + (offset + i) mod 64 K; behind a linear base it runs on instead."""
+    """The address of byte i is base + (offset + i) mod 64 K. With a linear base it continues instead."""
     wrapped = refusal(hex_file(record(2, 0, bytes.fromhex("1000")), record(0, 0xFFFF, b"\1\2")))
     on = parse_firmware(hex_file(record(0, 0xFFFF, b"\1\2")), "lab3.hex")
 
@@ -132,7 +132,7 @@ def test_records_for_ram_are_loaded() -> None:
     ],
 )
 def test_damage_is_named_with_its_line(line: str, kind: str, where: str, words: Words) -> None:
-    """code() fills lines 1 (linear base) to 17, so that a line behind ``:...`` of the base is line 19."""
+    """code() fills lines 1 (linear base) to 17, so a line after ``:...`` of the base is line 19."""
     error = refusal(hex_file("", line))
 
     assert error.kind == kind

@@ -1,4 +1,4 @@
-"""Firmware files: which kind they are, and what is refused."""
+"""Firmware files: their types, and files that are refused."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_loader_error_names_file() -> None:
 
 @pytest.mark.parametrize("stack", [0, RAM, RAM_END + 4, 0x2001_8000, 0xFFFF_FFFF, FLASH])
 def test_stack_outside_ram_is_refused(stack: int) -> None:
-    """PM0214 2.3.4: word 0 is the stack pointer; 0x20018000 is that of the STM32F401RE with its 96 KB."""
+    """PM0214 2.3.4: word 0 is the stack pointer. 0x20018000 is that of the STM32F401RE with 96 KB."""
     error = refusal(code(stack=stack))
 
     assert error.kind == "stack_pointer"
@@ -76,7 +76,7 @@ def test_reset_vector_outside_flash_is_refused(reset: int) -> None:
 
 
 def test_reset_vector_without_thumb_bit_is_refused(words: Words) -> None:
-    """ARMv7-M ARM B1.5.3: bit 0 of a vector is the Thumb bit; clear, the first instruction faults."""
+    """ARMv7-M ARM B1.5.3: bit 0 of a vector is the Thumb bit. If it is clear, the first instruction faults."""
     error = refusal(code(reset=RESET))
 
     assert error.kind == "reset_even"
@@ -126,7 +126,7 @@ def test_missing_files_and_folders_are_named(name: str, kind: str, tmp_path: Pat
 
 
 def test_endless_devices_are_not_opened() -> None:
-    """The null device, which each system has, stands for those that never end."""
+    """The null device, which each system has, represents all endless devices."""
     with pytest.raises(FirmwareFileError) as caught:
         load_firmware(os.devnull)
     assert caught.value.kind == "not_a_file"
@@ -150,7 +150,7 @@ def test_elf_and_its_binary_load_same() -> None:
 
 
 def test_headers_linked_into_flash_are_named() -> None:
-    """A linker script without PHDRS for the headers puts them in front of the first section."""
+    """A linker script without PHDRS for the headers places them before the first section."""
     data = elf([Load(FLASH, b"\x7fELF" + code()[4:])])
     assert refusal(data).kind == "header_in_flash"
 

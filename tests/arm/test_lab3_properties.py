@@ -1,4 +1,4 @@
-"""The lab's properties hold for the model and for the shipped program, and find what is wrong elsewhere."""
+"""The lab's properties hold for the model and the shipped program, and find mistakes in other programs."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ from tests.support.arm.call_programs import FOLDER
 from tests.support.words import Words
 
 WRONG_YAW = FOLDER / "wrong_yaw.elf"
-"""The solution with a wrap gone wrong: ``if (azimuth < 0) azimuth = 180 - azimuth;``."""
+"""The solution with a wrong wrap: ``if (azimuth < 0) azimuth = 180 - azimuth;``."""
 
 TestModel = lab3_properties(PythonModel())
 TestShippedProgram = lab3_properties(Compiled("solution"))
 
 
 class Turned(PythonModel):
-    """A model with one thing wrong."""
+    """A model with one mistake."""
 
     def __init__(self, wrong: str) -> None:
         self._wrong = wrong
@@ -66,7 +66,7 @@ class Turned(PythonModel):
 
 
 def found_by(subject: Subject) -> set[str]:
-    """Names of the properties that do not hold."""
+    """Return the names of the properties that do not hold."""
     tests = lab3_properties(subject)
     found = set()
     for name in [name for name in vars(tests) if name.startswith("test_")]:
@@ -78,7 +78,7 @@ def found_by(subject: Subject) -> set[str]:
 
 
 def board_note(error: AssertionError) -> str:
-    """The note on how the board shows the failure; Hypothesis adds notes of its own in CI."""
+    """Return the note that says how the board shows the failure; Hypothesis adds more notes in CI."""
     return next(note for note in error.__notes__ if "--scenario" in note)
 
 
@@ -129,12 +129,12 @@ WRONG = {
     "it_was_zeroed": {"/ LAPSE_RATE;": "/ LAPSE_RATE + 0.3;"},
     "less_pressure": {"(1 / 5.257)": "(1 / 5)"},
 }
-"""What breaks each law, by a part of the law's name: text of the solution, and what it becomes."""
+"""Changes that break each law, by a part of the law's name: text of the solution, and its replacement."""
 
 
 @pytest.fixture(scope="module")
 def build(tmp_path_factory: pytest.TempPathFactory) -> Callable[[dict[str, str]], Path]:
-    """Build the solution with other text in its motion.c."""
+    """Build the solution with changed text in its motion.c."""
     if shutil.which("arm-none-eabi-gcc") is None:
         pytest.skip("arm-none-eabi-gcc is not installed")
     folder, sources = tmp_path_factory.mktemp("wrong"), arm.sources()

@@ -21,7 +21,7 @@ pytestmark = [
 
 
 def test_c_program_runs_kernels_on_library(tmp_path: Path) -> None:
-    """The face that fcu.h declares is enough, and the header is C that a stranger can compile."""
+    """The functions that fcu.h declares are sufficient, and any C program can include the header."""
     elf, flash, driver = build("O2", tmp_path), tmp_path / "flash", tmp_path / "driver"
     subprocess.run([COMPILER.replace("gcc", "objcopy"), "-O", "binary", elf, flash], check=True)
     warnings = "-Wall", "-Wextra", "-Werror"

@@ -1,4 +1,4 @@
-"""What a run of built firmware may take, and how it is stopped."""
+"""Limits of a run of compiled firmware, and how they end it."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_endless_text_ends_at_terminal_limit(tmp_path: Path, words: Words) -> No
 
 
 def test_endless_loop_ends_at_instruction_limit(tmp_path: Path) -> None:
-    """At reset the core runs at 16 MHz (RM0368 6.2.2) and takes 1.3 cycles an instruction."""
+    """After reset the core runs at 16 MHz (RM0368 6.2.2) and needs 1.3 cycles per instruction."""
     board = limited(COUNTS, tmp_path, instructions=1_000_000)
 
     assert stopped(board).limit == "instructions"
@@ -81,7 +81,7 @@ def test_endless_resets_are_stopped_with_reason(
 
 
 def test_rare_resets_are_allowed(tmp_path: Path) -> None:
-    """A watchdog that bites every 32 ms (LSI 32 kHz / 4 / 256): a firmware that hangs."""
+    """Firmware hangs, and a watchdog resets it every 32 ms (LSI 32 kHz / 4 / 256)."""
     data = program("reset:\n" + "".join((*WATCHDOG[:2], put("IWDG_RLR", 255), WATCHDOG[3])) + "b .")
     board = board_with(data, tmp_path)
 
@@ -92,7 +92,7 @@ def test_rare_resets_are_allowed(tmp_path: Path) -> None:
 
 
 def test_wall_time_ends_run_that_is_slow(tmp_path: Path, words: Words) -> None:
-    """The wall clock is this test's: each look at it costs a second."""
+    """The test replaces the wall clock: each read takes one second."""
     board = board_with(COUNTS, tmp_path)
     assert board.chip is not None
     seconds = iter(range(1_000_000))
@@ -160,7 +160,7 @@ def test_invalid_limit_text_is_refused(setting: str, kind: str, words: Words) ->
 
 
 def fcu_run(*arguments: str | Path) -> tuple[int, str]:
-    """Exit code and last line of stderr."""
+    """Return the exit code and the last line of stderr."""
     command = [sys.executable, "-m", "fcu_emulator", "run", *map(str, arguments)]
     done = subprocess.run(
         command, capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=60, check=False

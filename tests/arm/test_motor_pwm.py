@@ -1,4 +1,4 @@
-"""The firmware's PWM runs the board's motors: TIM4 on the chip, shaken sensors in the world."""
+"""The firmware's PWM runs the board's motors: TIM4 on the chip, and vibration of the sensors in the world."""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
-"""Branches, special registers and exceptions that are asked for are the same as on Unicorn (ARMv7-M ARM
-A5.2.3, A5.2.5, A5.2.6, A5.3.4, B5.2), and runs end where they should.
+"""Branches, special registers and requested exceptions are the same as on Unicorn, and runs end where they should.
+
+ARMv7-M ARM A5.2.3, A5.2.5, A5.2.6, A5.3.4, B5.2.
 """
 
 from __future__ import annotations
@@ -61,7 +62,7 @@ NOT_IN_IT = [
     Form("BKPT", "10111110 iiiiiiii"),
     Form("DSB, DMB, ISB", "1111001110111111 10001111 01oo 1111", {"o": (0, 1, 2)}),
 ]
-"""BKPT knows no condition, and behind barriers in IT blocks Unicorn counts differently."""
+"""BKPT is never conditional, and after barriers in IT blocks Unicorn counts differently."""
 MRS = Form("MRS", "1111001111101111 1000 dddd ssssssss", {"s": (0, 1, 2, 3, 5, 6, 7, 8, 9, *range(16, 21))})
 MSR = Form("MSR (flags, masks)", "111100111000 nnnn 1000 1000 ssssssss", {"s": (0, 1, 2, 3, 16, 17, 18, 19)})
 MSR_SP = Form("MSR (stack pointers, CONTROL)", "111100111000 nnnn 1000 1000 ssssssss", {"s": (8, 9, 20)})
@@ -74,14 +75,14 @@ def pair() -> EnginePair:
 
 
 def jumps(random: Random, fields: Fields) -> Values:
-    """Targets are in flash."""
+    """Return registers whose branch targets are in flash."""
     values = any_values(random, fields)
     target = {register_name(fields["m"]): CODE + 2 * random.randrange(0x4000) | 1} if "m" in fields else {}
     return {**values, "r0": random.choice((0, 0, values["r0"])), **target}
 
 
 def privileged(random: Random, fields: Fields) -> Values:
-    """Thread mode on either stack, and Handler mode."""
+    """Return registers in Thread mode on either stack, or in Handler mode."""
     handler = random.choice((0, 0, 11, 15, 20))
     return {
         **any_values(random, fields),
@@ -96,13 +97,13 @@ def privileged(random: Random, fields: Fields) -> Values:
 
 
 def tame(random: Random, fields: Fields) -> Values:
-    """The same, with R0 to LR such that SP is a multiple of 4, and CONTROL.nPRIV remains 0."""
+    """Return such registers, with R0 to LR such that SP is a multiple of 4 and CONTROL.nPRIV remains 0."""
     values = privileged(random, fields)
     return {**values, **{register_name(number): values[register_name(number)] & ~11 for number in GENERAL}}
 
 
 def unprivileged(random: Random, fields: Fields) -> Values:
-    """Thread mode on either stack. Bit 3 of CONTROL, which is reserved, is not written."""
+    """Return registers in Thread mode on either stack. Bit 3 of CONTROL, which is reserved, is not written."""
     values = {name: value & ~8 for name, value in any_values(random, fields).items()}
     return {**values, "xpsr": flags(random), "control": random.choice((1, 3))}
 
@@ -141,7 +142,7 @@ def test_special_registers(pair: EnginePair, form: Form, values: State, longest_
 def test_faultmask_cannot_be_set_in_nmi_or_hardfault(
     pair: EnginePair, words: tuple[int, ...], exception: int
 ) -> None:
-    """Their priority is as high already (B5.2.1, B5.2.3); Unicorn sets it."""
+    """Their priority is already as high (B5.2.1, B5.2.3). Unicorn sets FAULTMASK nevertheless."""
     pair.place(CODE, words)
     access = Access(pair.native)
     access.write({"xpsr": THUMB | exception, "r0": 1})
@@ -153,7 +154,7 @@ def test_faultmask_cannot_be_set_in_nmi_or_hardfault(
 
 @pytest.mark.parametrize("form", [MRS, MSR, MSR_SP, CPS], ids=str)
 def test_special_registers_without_privilege(form: Form) -> None:
-    """Unicorn's CPS would remain without it for good."""
+    """After its CPS, Unicorn would stay without privilege."""
     EnginePair().check(form, unprivileged, longest_block=0)
 
 
@@ -181,7 +182,7 @@ def test_branches_reach_16_megabytes(pair: EnginePair, links: int) -> None:
 
 
 def branched(engine: BareCore, words: list[int]) -> int:
-    """Where one instruction leads to; Z is set."""
+    """Return the address after one instruction, with Z set."""
     engine.flash[CODE - FLASH : CODE - FLASH + 4] = struct.pack("<2H", *words)
     engine.invalidate_code()
     Access(engine).write({"xpsr": THUMB | 1 << 30})
@@ -192,7 +193,7 @@ def branched(engine: BareCore, words: list[int]) -> int:
 
 @pytest.mark.parametrize("address", [0xF000_0000, 0xFEFF_FFFF, 0xFFFF_FFE9, 0xFFFF_FFFF])
 def test_exception_return(pair: EnginePair, address: int) -> None:
-    """Bits 31:28 tell (BXWritePC, A2.3.1); Unicorn wants 31:24 set."""
+    """Bits 31:28 decide (BXWritePC, A2.3.1). Unicorn needs 31:24 set."""
     engine = pair.native
     pair.place(CODE, (0x4708,))  # BX R1
     for mode, stop in ((15, Stop.EXCEPTION_RETURN), (0, Stop.EXECUTE_NEVER)):
@@ -206,7 +207,7 @@ def test_exception_return(pair: EnginePair, address: int) -> None:
 def test_hints_that_unicorn_takes_for_undefined(
     pair: EnginePair, hint: int, stop: Stop, it: list[int]
 ) -> None:
-    """YIELD and WFE (A7.7, by name); the core does not give WFE to Unicorn, but executes it itself."""
+    """YIELD and WFE (A7.7, by name). The core executes WFE itself and does not give it to Unicorn."""
     pair.place(CODE, (*it, hint, 0xBF00))
     Access(pair.native).write({"xpsr": THUMB | 1 << 30})
     pair.native.pc = CODE
@@ -215,7 +216,7 @@ def test_hints_that_unicorn_takes_for_undefined(
 
 
 def test_run_slices_end_like_single_run() -> None:
-    """In a program with interrupts, polling, waiting and IT blocks, of an instruction per microsecond."""
+    """The program has interrupts, polling, waiting and IT blocks, with one instruction per microsecond."""
 
     def core() -> CoreBench:
         return interrupted_core([(120, 0), (333, 1), (900, 2), (1500, 0)], flag_us=250)
@@ -235,7 +236,7 @@ def test_run_slices_end_like_single_run() -> None:
     ids=["anything", "miscellaneous", "several", "floating point", "single", "system"],
 )
 def test_random_halfwords_do_no_harm(mask: int, value: int) -> None:
-    """Every other one is of a kind; the run ends in time, and flash remains what it was."""
+    """Half of the half-words are instructions of a known kind. The run ends in time, and flash does not change."""
     random = Random(value)
     engine = BareCore()
     kinds = [(0xFFFF, 0), (mask or 0xFFFF, value)]

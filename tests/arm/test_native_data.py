@@ -1,6 +1,4 @@
-"""Data processing is the same as on Unicorn (ARMv7-M ARM A5.2.1 to A5.2.3, A5.2.5, A5.3.1 to A5.3.3,
-A5.3.11).
-"""
+"""Data processing is the same as on Unicorn (ARMv7-M ARM A5.2.1 to A5.2.3, A5.2.5, A5.3.1 to A5.3.3, A5.3.11)."""
 
 from __future__ import annotations
 
@@ -21,9 +19,9 @@ from tests.support.arm.engine_pair import (
 )
 
 ANY = range(15)
-"""Any register but PC."""
+"""All registers except PC."""
 CONSTANTS = [imm12 for imm12 in range(1 << 12) if imm12 < 256 or imm12 >= 1024 or imm12 & 0xFF]
-"""ThumbExpandImm (A5.3.2): 00XY00XY and the like are UNPREDICTABLE for 00."""
+"""ThumbExpandImm (A5.3.2): 00XY00XY and similar forms are UNPREDICTABLE for 00."""
 OPCODES = {
     "AND": "0000",
     "BIC": "0001",
@@ -37,7 +35,7 @@ OPCODES = {
     "RSB": "1110",
 }
 TESTS = {"TST": "0000", "TEQ": "0100", "CMN": "1000", "CMP": "1101"}
-"""With PC as the destination, which they do not write."""
+"""These instructions have PC as the destination, which they do not write."""
 
 
 def _extracted(fields: Fields) -> bool:
@@ -126,7 +124,7 @@ def test_results_and_flags(pair: EnginePair, form: Form) -> None:
 
 
 def _multiples_of_4(random: Random, fields: Fields) -> Values:
-    """So that what SP gets is one (bits 1:0 of SP are 0, B1.4.7)."""
+    """Return multiples of 4, so that the value for SP is a multiple (bits 1:0 of SP are 0, B1.4.7)."""
     return {**{name: value & ~3 for name, value in any_values(random, fields).items()}, "xpsr": flags(random)}
 
 
@@ -144,7 +142,7 @@ def test_stack_pointer_as_result(pair: EnginePair, form: Form) -> None:
     ids=str,
 )
 def test_program_counter_as_result(pair: EnginePair, form: Form, base: int) -> None:
-    """Somewhere in flash; bit 0 is ignored (BranchWritePC, A2.3.1)."""
+    """The result is an address in flash. Bit 0 is ignored (BranchWritePC, A2.3.1)."""
 
     def jumps(random: Random, fields: Fields) -> Values:
         return {**any_values(random, fields), register_name(fields["m"]): base + random.randrange(0x1_0000)}

@@ -1,9 +1,9 @@
-"""However a run of instructions is divided, it does the same: in one piece, in pieces, one by one.
+"""A run of instructions gives the same result in one piece, in several pieces, and in single steps.
 
-The C core executes blocks of instructions and counts them in advance; where a limit, a place or somebody who
-looks comes in between, it has to be as if it had executed and counted one after the other. So the same random
-code, which overwrites itself, branches into itself and accesses a device that ends runs, is run in several
-ways.
+The C core executes blocks of instructions and counts them in advance. If a limit, a breakpoint or a debugger
+interrupts a block, the result must be the same as if each instruction had been executed and counted separately. So
+the same random code, which overwrites itself, branches into itself and accesses a device that ends runs, is run in
+several ways.
 """
 
 from __future__ import annotations
@@ -28,13 +28,14 @@ RAM_CODE = RAM + 0x800
 THUMB = 1 << 24
 
 Limits = Callable[[Random], Iterator[int]]
-"""How many instructions each run is given at most."""
+"""The maximum number of instructions of each run."""
 
 
 @dataclass
 class Outcome:
-    """What a program has done. ``stops``: instructions so far, PC and reason where something has ended a run.
-    ``seen``: at each access of the device what was accessed, the instructions so far, and the registers.
+    """The results of a program. ``stops``: instructions so far, PC and reason of each early end of a run.
+
+    ``seen``: for each access to the device the access, the instructions so far, and the registers.
     """
 
     executed: int = 0
@@ -45,7 +46,7 @@ class Outcome:
 
 
 class Program:
-    """Random code in flash and in RAM, and a device; ``seed`` says all about it."""
+    """Random code in flash and in RAM, and a device; ``seed`` determines all of it."""
 
     def __init__(self, seed: int) -> None:
         random = Random(seed)
@@ -90,7 +91,7 @@ class Program:
         self._look("write", address, value)
 
     def run(self, limits: Iterator[int], places: frozenset[int] = frozenset()) -> Outcome:
-        """So many instructions; after one that could not be executed it goes on elsewhere."""
+        """Run this number of instructions. After an instruction that cannot be executed, continue elsewhere."""
         engine, outcome = self.engine, self.outcome
         for place in places:
             engine.stop_before(place)
@@ -113,7 +114,7 @@ class Program:
         return bool(self._visible.read()[CORE.index("xpsr")] & IT_BITS)
 
     def _recover(self, stop: Stop) -> None:
-        """Go on two bytes after the instruction, or from the beginning; ITSTATE stays."""
+        """Continue two bytes after the instruction, or from the beginning. ITSTATE does not change."""
         engine, outcome = self.engine, self.outcome
         outcome.stops.append((outcome.executed, engine.pc, stop))
         outcome.executed += 1  # a fetch counts for nothing, and there may be many
@@ -171,7 +172,7 @@ def test_watched_memory_changes_nothing(first_seed: int) -> None:
 
 
 def test_random_programs_fault_rarely_and_access_devices() -> None:
-    """Faults are few among the instructions, and devices are accessed."""
+    """Only a few instructions fault, and the programs access devices."""
     outcomes = [Program(seed).run(at_once(Random(seed))) for seed in range(SEEDS)]
     assert sum(len(outcome.stops) for outcome in outcomes) < SEEDS * INSTRUCTIONS // 4
     assert sum(len(outcome.seen) for outcome in outcomes) > SEEDS

@@ -9,9 +9,9 @@ import pytest
 from tests.support.arm.engine_pair import GENERAL, EnginePair, Form, any_values
 
 TWICE = {"m": [number << 4 | number for number in GENERAL]}
-"""The register stands in the encoding twice."""
+"""The register occurs twice in the encoding."""
 SEL_AND_MRS = "111110101010 pppp 1111 qqqq 1000 rrrr 1111001111101111 1000 tttt 00000000"
-"""What tells of APSR.GE; t is APSR."""
+"""Instructions that show APSR.GE; t is APSR."""
 READ = dict.fromkeys("pqr", GENERAL)
 
 SHIFTS_AND_EXTENSIONS = [
@@ -104,5 +104,5 @@ def test_parallel_results(pair: EnginePair, form: Form) -> None:
     ids=str,
 )
 def test_flags_of_parallel_arithmetic(pair: EnginePair, form: Form) -> None:
-    """APSR.GE is left by all but those that saturate or halve, and by MSR (A2.3.2)."""
+    """These instructions set APSR.GE, except those that saturate or halve. MSR also sets it (A2.3.2)."""
     pair.check(form, any_values, longest_block=0)

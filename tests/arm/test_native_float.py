@@ -1,4 +1,4 @@
-"""Floating point is the same as on Unicorn (ARMv7-M ARM A6.4 to A6.7), whatever FPSCR and the operands."""
+"""Floating point is the same as on Unicorn (ARMv7-M ARM A6.4 to A6.7), for any FPSCR and operands."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from fcu_emulator.emulator.chip.memory_map import RAM
 from tests.support.arm.engine_pair import CODE, GENERAL, EnginePair, Fields, Form, Values, any_values
 
 ACTIVE = 0xC
-"""CONTROL.FPCA, and a bit that Unicorn sets with it: a context that has used floating point."""
+"""CONTROL.FPCA, and a bit that Unicorn sets with it for a context that has used floating point."""
 RMODE = 3 << 22
 WRITABLE = 0xF7C0_009F
-"""Of FPSCR (A2.5.3): N, Z, C, V; AHP, DN, FZ, RMode; cumulative exceptions."""
+"""Writable bits of FPSCR (A2.5.3): N, Z, C, V; AHP, DN, FZ, RMode; cumulative exceptions."""
 SPECIAL = (
     *(0, 1, 0x007F_FFFF, 0x0080_0000, 0x0080_0001, 0x00FF_FFFF),  # zero, denormal, smallest normal
     *(0x3F80_0000, 0x3F80_0001, 0x3F7F_FFFF, 0x3F00_0000, 0x4020_0000, 0x3EFF_FFFF),  # about 1, and halves
@@ -23,11 +23,11 @@ SPECIAL = (
     *(0x7F7F_FFFF, 0x7F80_0000, 0x7FC0_0000, 0x7FC1_2345, 0x7F80_0001, 0x7FA0_0000),  # infinite, NaNs
 )
 HALF_WAY = (0x3F80_0800, 0xBF80_0800, 0x2180_0000, 0xA180_0000)
-"""1 + 2^-12, whose square is half-way between two numbers, and 2^-60, which decides if nothing is lost."""
+"""1 + 2^-12, whose square is half-way between two numbers, and 2^-60, which decides if no digit is lost."""
 
 
 def single(random: Random) -> int:
-    """Special ones, their neighbours, numbers about 1, denormal ones, and anything."""
+    """Return special numbers, their neighbours, numbers near 1, denormal numbers, or any numbers."""
     exponent = 127 + random.randint(-3, 33)
     magnitude = random.choice(
         (
@@ -43,7 +43,7 @@ def single(random: Random) -> int:
 
 
 def floats(random: Random, fields: Fields) -> Values:
-    """Of few different values, so that sums cancel."""
+    """Return registers with few different values, so that sums cancel."""
     few = [single(random) for _ in range(4)]
     few += [few[0] ^ 1 << 31, few[1] ^ 1]
     chosen = random.choice((few, few, few, HALF_WAY))
@@ -57,19 +57,19 @@ def floats(random: Random, fields: Fields) -> Values:
 
 
 def to_nearest(random: Random, fields: Fields) -> Values:
-    """Where the mode is not to matter."""
+    """Return registers with rounding to nearest, if the rounding mode must not have an effect."""
     values = floats(random, fields)
     return {**values, "fpscr": values["fpscr"] & ~RMODE}
 
 
 def in_ram(random: Random, fields: Fields) -> Values:
-    """Registers are addresses where no offset leads out of RAM."""
+    """Return registers with addresses, from which no offset leads out of RAM."""
     bases = [f"r{number}" for number in range(13)] + ["lr"]
     return {**floats(random, fields), **{base: RAM + 0x1000 + 4 * random.randrange(0x3800) for base in bases}}
 
 
 def first_use(random: Random, fields: Fields) -> Values:
-    """Without FPCA, mostly."""
+    """Return registers that are usually without FPCA."""
     return {**in_ram(random, fields), "control": random.choice((0, 2, ACTIVE))}
 
 
@@ -78,7 +78,7 @@ def two_apart(fields: Fields) -> bool:
 
 
 def singles_exist(fields: Fields) -> bool:
-    """The first register's number has its lowest bit at D."""
+    """Return whether all registers exist. The number of the first has its lowest bit at D."""
     first = (fields["d"] & 15) << 1 | fields["d"] >> 4
     return 0 < fields["i"] <= 32 - first
 
@@ -167,7 +167,7 @@ def test_from_fixed_point(pair: EnginePair, form: Form) -> None:
 
 
 def test_from_fixed_point_is_rounded_to_nearest(pair: EnginePair) -> None:
-    """VCVT (between floating point and fixed point, A7.7), whatever FPSCR says; Unicorn rounds up."""
+    """VCVT (between floating point and fixed point, A7.7) rounds to nearest for any FPSCR. Unicorn rounds up."""
     pair.place(CODE, (0xEEBA, 0x0AEF))  # VCVT.F32.S32 S0, S0, #1
     registers = CoreRegisters(pair.native, ("control", "fpscr", "s0"))
     registers.write(ACTIVE, 1 << 22, 0x0100_0001)
@@ -189,5 +189,5 @@ def test_loads_and_stores(pair: EnginePair, form: Form) -> None:
 
 @pytest.mark.parametrize("form", [ARITHMETIC[0], OTHER[0], *MOVES[-2:], TRANSFERS[0]], ids=str)
 def test_first_use_in_context(pair: EnginePair, form: Form) -> None:
-    """FPSCR begins as FPDSCR, and CONTROL.FPCA is set (ExecuteFPCheck, B1.4.7)."""
+    """FPSCR is initialised from FPDSCR, and CONTROL.FPCA is set (ExecuteFPCheck, B1.4.7)."""
     pair.check(form, first_use, longest_block=1)

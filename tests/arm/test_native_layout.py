@@ -1,7 +1,7 @@
 """Python and C declare the same functions, callbacks, structures and numbers.
 
-The compiler is asked: each law becomes a ``_Static_assert`` behind the C headers. A structure in Python names
-its C struct in the first line of its docstring, so that a new one is covered without an entry here.
+The compiler checks this: each rule becomes a ``_Static_assert`` after the C headers. A structure in Python names its
+C struct in the first line of its docstring, so that a new one is covered without an entry here.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")
 
 
 def mirrored() -> dict[type[ctypes.Structure], str]:
-    """Every structure in Python that C has as well, with its name there."""
+    """Yield each structure in Python that C also has, with its name in C."""
     for module in pkgutil.walk_packages(fcu_emulator.emulator.chip.__path__, "fcu_emulator.emulator.chip."):
         if not module.name.endswith(("__main__", ".libfcu")):
             importlib.import_module(module.name)
@@ -69,7 +69,7 @@ MIRRORED = mirrored()
 
 
 def c_type(kind: Any) -> str:
-    """A type of ctypes as C spells it. Python only reads through the pointers that it is given."""
+    """Return a type of ctypes in the notation of C. Python only reads through the pointers that it receives."""
     if hasattr(kind, "_argtypes_"):
         return f"{c_type(kind._restype_)} (*)({', '.join(map(c_type, kind._argtypes_)) or 'void'})"
     if hasattr(kind, "_length_"):
@@ -80,7 +80,7 @@ def c_type(kind: Any) -> str:
 
 
 def fields(structure: type[ctypes.Structure], name: str) -> Iterator[str]:
-    """Each field is where C has it, and of its type."""
+    """Yield rules: each field has the position and the type of that in C."""
     for field, kind, *_ in structure._fields_:
         yield f"offsetof({name}, {field}) == {getattr(structure, field).offset}"
         yield f"__builtin_types_compatible_p(__typeof__((({name} *)0)->{field}), {c_type(kind)})"
@@ -88,14 +88,14 @@ def fields(structure: type[ctypes.Structure], name: str) -> Iterator[str]:
 
 
 def enumerated(prefix: str, names: Iterable[str]) -> Iterator[str]:
-    """Names in the order of their numbers in C; "" for a number that has none."""
+    """Yield rules: the position of each name is its number in C. "" is a number without a name."""
     for number, name in enumerate(names):
         if name:
             yield f"{prefix}{name.upper().replace(' ', '_')} == {number}"
 
 
 def refused(laws: Iterable[str], include: str = "fcu.h") -> str:
-    """What the compiler says of laws that do not hold."""
+    """Return the compiler's output about rules that do not hold."""
     text = f'#include <stddef.h>\n#include "{include}"\n'
     text += "".join(f'_Static_assert({law}, "");\n' for law in laws)
     command = ["gcc", "-std=gnu11", "-fsyntax-only", f"-I{FOLDER}", "-x", "c", "-"]
@@ -177,13 +177,13 @@ def test_false_static_assertion_is_refused() -> None:
 
 
 def _kind(declared: str) -> str:
-    """The type of an argument or result in C; all pointers are one kind."""
+    """Return the type of an argument or result in C; all pointers have the same kind."""
     words = declared.replace("const", "").split()
     return "pointer" if "*" in declared or "callback" in words else words[0]
 
 
 def _kind_of(kind: Any) -> str:
-    """Likewise of a type of ctypes."""
+    """Return the kind of a type of ctypes."""
     is_pointer = kind is ctypes.c_void_p or hasattr(kind, "_argtypes_") or hasattr(kind, "contents")
     return "pointer" if is_pointer else C_TYPES[kind]
 

@@ -1,5 +1,6 @@
-"""Loads and stores are the same as on Unicorn (ARMv7-M ARM A5.2.4, A5.2.5, A5.3.5 to A5.3.10): what they
-read and write, what becomes of the base, and what happens where nothing is.
+"""Loads and stores are the same as on Unicorn (ARMv7-M ARM A5.2.4, A5.2.5, A5.3.5 to A5.3.10).
+
+This includes the data, the base register after the access, and accesses to addresses without a memory.
 """
 
 from __future__ import annotations
@@ -28,10 +29,10 @@ from tests.support.arm.engine_pair import (
 from tests.support.arm.thumb_assembler import assemble
 
 WITH_SP = range(15)
-"""Any register but PC."""
+"""All registers except PC."""
 WORDS = range(0, 256, 4)
 TABLE = CODE + 0x8000
-"""Addresses of code, in flash."""
+"""Address of a table of code addresses, in flash."""
 
 
 def index_apart(fields: Fields) -> bool:
@@ -39,12 +40,12 @@ def index_apart(fields: Fields) -> bool:
 
 
 def base_apart(fields: Fields) -> bool:
-    """What is transferred may not be the base that is written back."""
+    """Return whether the transferred registers do not include a base that is written back."""
     return fields["n"] not in (fields["t"], fields.get("d"))
 
 
 def two_listed(fields: Fields) -> bool:
-    """Two registers or more, of which none is the base that is written back; ``l`` has no bit for SP."""
+    """Return whether two or more registers are listed, without a base that is written back. ``l`` has no bit for SP."""
     registers = fields["l"] & 0x1FFF | fields["l"] >> 13 << 14
     return registers.bit_count() > 1 and not (fields["w"] and registers >> fields["n"] & 1)
 
@@ -63,7 +64,7 @@ KINDS = {
     "LDRSB": "1 u 001",
     "LDRSH": "1 u 011",
 }
-"""Sign extension, U, size, load: bits 8 to 4 of the first half-word."""
+"""Bits 8 to 4 of the first half-word: sign extension, U, size, load."""
 NARROW = [
     Form("register (16 bits)", "0101 ooo mmm nnn ttt", rule=index_apart),
     Form("LDR, STR (16 bits)", "0110 o iiiii nnn ttt"),
@@ -121,14 +122,14 @@ def pair() -> EnginePair:
 
 
 def at(random: Random, fields: Fields, address: Callable[[], int]) -> Values:
-    """All registers are addresses, but for the index, which is small."""
+    """Return registers that are all addresses, except a small index."""
     values = dict(any_values(random, fields))
     values |= {register: address() & 0xFFFF_FFFF for register in values if register != "xpsr"}
     return values | ({register_name(fields["m"]): random.getrandbits(8)} if "m" in fields else {})
 
 
 def in_ram(random: Random, fields: Fields) -> Values:
-    """Where no offset leads out of RAM; sometimes unaligned."""
+    """Return addresses from which no offset leads out of RAM; some are unaligned."""
     return at(
         random,
         fields,
@@ -137,12 +138,12 @@ def in_ram(random: Random, fields: Fields) -> Values:
 
 
 def words_in_ram(random: Random, fields: Fields) -> Values:
-    """The same, aligned: else several registers at once are a fault (A3.2.1), which Unicorn does not make."""
+    """Return aligned addresses. An unaligned access to several registers faults (A3.2.1), which Unicorn does not do."""
     return at(random, fields, lambda: RAM + 0x1800 + 4 * random.randrange(0x3400))
 
 
 def elsewhere(random: Random, fields: Fields) -> Values:
-    """In flash and system memory, around the ends of RAM and flash, and where nothing is."""
+    """Return addresses in flash and system memory, at the ends of RAM and flash, and without a memory."""
     places = (FLASH + 0x2000, 0x2000, SYSTEM_MEMORY + 0x2000, 0x6000_0000, 0xFFFF_F000)
     ends = (RAM + RAM_SIZE, FLASH + FLASH_SIZE, FLASH_SIZE)
     return at(
@@ -155,7 +156,7 @@ def elsewhere(random: Random, fields: Fields) -> Values:
 
 
 def at_the_ends(random: Random, fields: Fields) -> Values:
-    """Of RAM and flash; what begins in system memory ends there."""
+    """Return addresses at the ends of RAM and flash. An access that begins in system memory also ends there."""
     places = (
         *(RAM + distance for distance in (-8, -4, 0, 1, 2, 3)),
         *(
@@ -168,18 +169,18 @@ def at_the_ends(random: Random, fields: Fields) -> Values:
 
 
 def in_flash(random: Random, fields: Fields) -> Values:
-    """Where only several registers at once are loaded from one memory."""
+    """Return addresses for loads of several registers from a single memory."""
     return {**at(random, fields, lambda: FLASH + 0x2000 + 4 * random.getrandbits(10)), "msp": FLASH + 0x3000}
 
 
 def from_table(random: Random, fields: Fields) -> Values:
-    """The base and SP are in the table of addresses."""
+    """Return registers whose base and SP are in the table of addresses."""
     table = at(random, fields, lambda: TABLE + 4 * random.randrange(64))
     return {**table, "msp": TABLE + 4 * random.randrange(64), "psp": 0}
 
 
 def aligned(random: Random, fields: Fields) -> Values:
-    """R1 is near what the others are."""
+    """Return registers with R1 near the values of the others."""
     return {**at(random, fields, lambda: RAM + 0x1800 + 4 * random.randrange(4)), "r0": 0}
 
 
@@ -205,7 +206,7 @@ def test_accesses_outside_ram_equal_unicorn(pair: EnginePair, form: Form) -> Non
 
 @pytest.mark.parametrize("form", SEVERAL, ids=str)
 def test_multiple_accesses_in_flash_equal_unicorn(pair: EnginePair, form: Form) -> None:
-    """Stores are refused there."""
+    """Stores to flash are refused."""
     pair.check(form, in_flash, longest_block=0, runs=6)
 
 
@@ -254,7 +255,7 @@ def test_table_branches(pair: EnginePair, form: Form) -> None:
 
 
 BETWEEN = {"": 0, "10111111 00000000": 1, "11110011 10111111 10001111 00101111": 1, "0101 0x0 000 zzz 010": 1}
-"""Nothing, NOP, CLREX, STR or STRB of something to the same or another address."""
+"""Between the two: no instruction, NOP, CLREX, STR or STRB to the same or another address."""
 
 
 EXCLUSIVES = pytest.mark.parametrize(
@@ -272,7 +273,7 @@ EXCLUSIVES = pytest.mark.parametrize(
 @EXCLUSIVES
 @pytest.mark.parametrize("between", BETWEEN, ids=["at once", "NOP", "CLREX", "a store"])
 def test_exclusives(pair: EnginePair, load: str, between: str, store: str) -> None:
-    """Whether it is stored (A3.4.1); perhaps at another address."""
+    """The comparison includes whether the value is stored (A3.4.1). The store may have another address."""
     pattern = load + between + store
     form = Form(pattern, pattern, {"s": (2, 3, 4)}, instructions=2 + BETWEEN[between])
     pair.check(form, aligned, longest_block=0)
@@ -280,7 +281,7 @@ def test_exclusives(pair: EnginePair, load: str, between: str, store: str) -> No
 
 @EXCLUSIVES
 def test_second_exclusive_store_fails(pair: EnginePair, load: str, store: str) -> None:
-    """The first one has cleared the monitor."""
+    """The first store has cleared the monitor."""
     pattern = load + store + store.replace("s", "x").replace("j", "k")
     form = Form(pattern, pattern, {"s": (2, 3, 4), "x": (2, 3, 4)}, instructions=3)
     pair.check(form, aligned, longest_block=0)
@@ -296,12 +297,12 @@ def test_second_exclusive_store_fails(pair: EnginePair, load: str, store: str) -
     ids=str,
 )
 def test_exclusive_loads_anywhere(pair: EnginePair, form: Form) -> None:
-    """Unaligned ones are faults (A3.2.1)."""
+    """Unaligned exclusive loads are faults (A3.2.1)."""
     pair.check(form, in_ram, longest_block=0)
 
 
 def engine_at(pair: EnginePair, source: str, values: Values) -> BareCore:
-    """The core before a program, with these registers."""
+    """Return a core in front of a program, with these registers."""
     code, _ = assemble(source, CODE)
     pair.place(CODE, struct.unpack(f"<{len(code) // 2}H", code))
     Access(pair.native).write(values)
@@ -310,7 +311,7 @@ def engine_at(pair: EnginePair, source: str, values: Values) -> BareCore:
 
 
 def test_faulting_store_in_it_block_can_be_repeated(pair: EnginePair) -> None:
-    """The frame of the fault has its address and its ITSTATE (B1.5.6, B1.5.8); Unicorn is behind it."""
+    """The frame of the fault has the address and the ITSTATE of the store (B1.5.6, B1.5.8); Unicorn is after it."""
     engine = engine_at(pair, "itt eq\n streq r0, [r1]\n addseq r0, #1", {"xpsr": THUMB | 1 << 30})
 
     assert (engine.run(3), engine.pc, engine.executed) == (Stop.WRITE, CODE + 2, 2)
@@ -318,7 +319,7 @@ def test_faulting_store_in_it_block_can_be_repeated(pair: EnginePair) -> None:
 
 
 def test_faulting_load_multiple_keeps_base(pair: EnginePair) -> None:
-    """It is executed again behind the handler (B1.5.10); Unicorn has loaded the first ones."""
+    """The instruction is executed again after the handler (B1.5.10). Unicorn has loaded the first registers."""
     base = RAM + RAM_SIZE - 8
     engine = engine_at(pair, "ldmia r1, {r0-r3}", {"r1": base})
 
@@ -361,8 +362,9 @@ SECOND = 0x4770_2502
 def test_stored_code_in_ram_is_executed(
     code: int, words: tuple[int, ...], store: str, address: int, value: int
 ) -> None:
-    """The stores begin at the first word of RAM, lead from one kilobyte into the next, change the second half
-    of an instruction, and end with RAM.
+    """The stores begin at the first word of RAM, cross from one kilobyte into the next, and reach the end of RAM.
+
+    They also change the second half of an instruction.
     """
     pair = EnginePair()
     program, labels = assemble(

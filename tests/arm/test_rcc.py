@@ -19,7 +19,7 @@ PWR_CR_DBP = 1 << 8
 
 
 class Board:
-    """The chip's own blocks on a fake core."""
+    """The peripherals of the chip on a fake core."""
 
     def __init__(self, oscillators: Oscillators = NOMINAL) -> None:
         self.chip = Chip()
@@ -36,7 +36,7 @@ class Board:
         self.chip.run_for(2 * PS_PER_MS)
 
     def to_84_mhz(self) -> None:
-        """As ST's firmware does it."""
+        """Set up 84 MHz as ST's firmware does."""
         self.blocks.flash.write(0x00, 0x702)
         self.start_hse()
         self.rcc.write(PLLCFGR, 0x0741_5410)
@@ -66,7 +66,7 @@ def test_labs_settings_give_84_mhz() -> None:
 
 
 def test_oscillator_errors_move_clocks_within_limits() -> None:
-    """Quartz 100 ppm fast: above 84 MHz by the tolerance, which the manual's limits do not mean."""
+    """The quartz is 100 ppm fast: 84 MHz is exceeded by this tolerance, which does not violate the manual's limits."""
     board = Board(Oscillators(hsi_hz=16_160_000, hse_hz=16_001_600))
     assert board.rcc.hclk_hz == 16_160_000
     board.to_84_mhz()
@@ -88,7 +88,7 @@ def test_fast_hsi_needs_one_wait_state() -> None:
 
 
 def test_oscillator_needs_time_to_start() -> None:
-    """STM32F401xB/C datasheet: 2 ms for the crystal; the PLL starts when its source is ready."""
+    """STM32F401xB/C datasheet: the crystal needs 2 ms, and the PLL starts when its source is ready."""
     board = Board()
     board.set_bits(CR, HSEON)
     board.rcc.write(PLLCFGR, 0x0741_5410)
@@ -115,7 +115,7 @@ def test_sysclk_waits_for_source_that_was_selected() -> None:
 
 
 def test_active_clock_source_cannot_be_switched_off() -> None:
-    """RM0368 6.3.1, PLLON and HSEON: cannot be cleared when used as system clock."""
+    """RM0368 6.3.1, PLLON and HSEON: they cannot be cleared while they are the source of the system clock."""
     board = Board()
     board.to_84_mhz()
     board.rcc.write(CR, 0)
@@ -203,7 +203,7 @@ def test_backup_domain_is_protected_and_survives_reset(words: Words) -> None:
 
 
 def test_lasting_clock_limit_violation_is_noted(words: Words) -> None:
-    """RM0368 6.2: APB1 42 MHz; ST's HAL divides APB1 a moment after it has switched to the PLL."""
+    """RM0368 6.2: APB1 has at most 42 MHz. ST's HAL divides APB1 shortly after it has selected the PLL."""
     board = Board()
     board.to_84_mhz()
     board.rcc.write(CFGR, 0x2)
@@ -236,7 +236,7 @@ def test_forbidden_pll_setting_is_explained(pllcfgr: int, part: str, frequency: 
     [(0x0741_5408, 8), (0x0741_5419, 25), (0x0741_5404, None), (0x0701_5408, None)],
 )
 def test_other_boards_crystal_is_named(pllcfgr: int, fits_mhz: float | None) -> None:
-    """M 8 and 25 with N 336, P 4 are ST's settings for crystals of 8 and 25 MHz; M 4 fits none, HSI has none."""
+    """M 8 and 25 with N 336, P 4 are ST's settings for crystals of 8 and 25 MHz. M 4 fits no crystal, HSI has none."""
     board = Board()
     board.start_hse()
     board.rcc.write(PLLCFGR, pllcfgr)
@@ -251,7 +251,7 @@ def test_labs_pll_setting_is_allowed() -> None:
 
 @given(st.integers(0, 15), st.integers(0, 7), st.integers(0, 7))
 def test_timers_run_at_twice_divided_bus_clock(hpre: int, ppre1: int, ppre2: int) -> None:
-    """RM0368 figure 12 and table of RCC_CFGR: AHB by 1 to 512 without 32, APB by 1 to 16."""
+    """RM0368 figure 12 and the table of RCC_CFGR: AHB is divided by 1 to 512 without 32, APB by 1 to 16."""
     ahb = [1] * 8 + [2, 4, 8, 16, 64, 128, 256, 512]
     apb = [1] * 4 + [2, 4, 8, 16]
     clocks = frequencies(84_000_000, hpre << 4 | ppre1 << 10 | ppre2 << 13)
@@ -276,7 +276,7 @@ def test_peripheral_selection_of_rtc_clock() -> None:
 
 
 def test_pll_with_zero_multiplier_never_starts() -> None:
-    """RM0368 6.3.2: N = 0 is a wrong configuration; the core goes on from HSI, and the note says why."""
+    """RM0368 6.3.2: N = 0 is a wrong configuration. The core continues with HSI, and the note has the reason."""
     board = Board()
     board.rcc.write(PLLCFGR, 0x2400_0010)
     board.set_bits(CR, PLLON)
@@ -310,7 +310,7 @@ def test_other_crystal_makes_84_mhz(crystal_hz: int, m: int) -> None:
 
 
 def test_note_names_crystal_of_board() -> None:
-    """PLL settings for 16 MHz on a board with 8 MHz."""
+    """The PLL is set up for 16 MHz on a board with 8 MHz."""
     board = Board(Oscillators(hse_hz=8_000_000, crystal_hz=8_000_000))
     board.start_hse()
     board.rcc.write(PLLCFGR, 1 << 22 | 1 << 16 | 200 << 6 | 16)

@@ -1,6 +1,6 @@
-"""Whole runs against their records: what a build does is what the build did that the records were made with.
+"""Whole runs equal their records, which another build made.
 
-``python -m tests.support.arm.recording`` tells more about a difference, and records anew after a deliberate change.
+``python -m tests.support.arm.recording`` shows more about a difference, and records again after a deliberate change.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ PROGRAM = CASES["assembly-i2c-by-dma"]
 @pytest.mark.parametrize("name", CASES)
 @pytest.mark.parametrize("traced", [True, False], ids=["traced", "untraced"])
 def test_run_equals_its_record(name: str, traced: bool) -> None:
-    """Without a detailed trace a build may take shorter ways; memory, registers and text do not show them."""
+    """Without a detailed trace a build may omit steps. Memory, registers and text do not depend on them."""
     recorded = recording.load(CASES[name])
     now = recording.record(CASES[name], traced=traced, counts=counts_of(recorded))
     found = differences(recorded, now)
@@ -45,7 +45,7 @@ def recorded() -> Record:
 
 
 def changed(recorded: Record, *path: str | int, to: Any) -> Record:
-    """A copy with another value there."""
+    """Return a copy with another value at this place."""
     copied = copy.deepcopy(recorded)
     place = copied
     for step in path[:-1]:

@@ -1,5 +1,6 @@
-"""The declared registers of the chip's blocks: against the headers that the firmware is compiled with, which
-were written from the manuals on their own, and against what the blocks do.
+"""Declared registers of the chip's peripherals agree with the firmware's headers and with the model.
+
+The headers were written separately from the manuals.
 """
 
 from __future__ import annotations
@@ -34,12 +35,12 @@ FIRST = {"GPIO": "GPIOA", "TIM": "TIM1", "USART": "USART1", "I2C": "I2C1", "SPI"
 PREFIXES = {"DMA": "S0", "DMA_Stream": "S0", "SysTick": "SYST_", "NVIC": "NVIC_"}
 SPELT = {"SysTick": {"CTRL": "CSR", "LOAD": "RVR", "VAL": "CVR"}}
 FIELD_SPELT = {"NE": "NF"}
-"""Where the headers have CMSIS' names and not the manual's."""
+"""Fields for which the headers use the names of CMSIS instead of those of the manual."""
 blocks = pytest.mark.parametrize("name", DECLARED)
 
 
 def find(kind: str, name: str) -> PeripheralRegister | None:
-    """A register by the header's names."""
+    """Return a register by its name in the headers."""
     block = DECLARED.get(FIRST.get(kind, kind.removesuffix("_Stream") + "1" * (kind == "DMA_Stream")))
     own = SPELT.get(kind, {}).get(name, name)
     return (
@@ -50,7 +51,7 @@ def find(kind: str, name: str) -> PeripheralRegister | None:
 
 
 def masks() -> Iterator[tuple[PeripheralRegister, str, int]]:
-    """Register, what follows its name, and value, of every such number in the headers."""
+    """Return register, rest of the name, and value of each such number in the headers."""
     number = r"(?:BIT\((?P<bit>\d+)\)|\(?(?P<value>0x[0-9A-F]+|\d+)U(?: << (?P<shift>\d+)\))?)"
     for one in re.finditer(rf"^#define (\w+?)_(\w+?)_(\w+) {number}$", TEXT, re.MULTILINE):
         kind, name, field = one.groups()[:3]
@@ -159,14 +160,14 @@ def test_registers_and_fields_have_descriptions(name: str) -> None:
 
 
 def made(name: str) -> Peripheral:
-    """The block, without a core; the core's own share one."""
+    """Return the peripheral without a core; the peripherals of the core share one."""
     python = {block.name: block for block in SystemPeripherals(Chip().soc)}
     return python.get(name) or NativeChip()["SCS" if name in SYSTEM_CONTROL_SPACE else name]
 
 
 @blocks
 def test_reset_values_and_names_equal_declaration(name: str) -> None:
-    """But for IDR, which shows the pins' levels, and SSR, which runs."""
+    """Exceptions are IDR, which shows the levels of the pins, and SSR, which counts."""
     block = made(name)
     registers = [one for one in DECLARED[name].registers if one.name not in {"IDR", "SSR"}]
 
@@ -187,7 +188,7 @@ def test_bits_that_are_not_declared_never_stick(name: str) -> None:
 
 
 def passes(block: Peripheral, duration_ps: int) -> None:
-    """Let time pass for a block from :func:`made`."""
+    """Let time pass for a peripheral from :func:`made`."""
     if isinstance(block, NativePeripheral):
         block._chip.advance_to(block._chip.clock.now_ps + duration_ps)
     else:
@@ -215,7 +216,7 @@ def test_debugger_peek_equals_firmware_read(name: str, data: st.DataObject) -> N
 
 @blocks
 def test_modelled_fields_are_not_noted(name: str) -> None:
-    """``fcu registers`` says which are. SPE alone is a slave, which is not modelled; a master is."""
+    """``fcu registers`` shows the modelled fields. SPE alone makes a slave, which is not modelled; a master is."""
     block = made(name)
     trace = block._chip.trace if isinstance(block, NativePeripheral) else block.soc.trace
     for one in DECLARED[name].registers:
@@ -230,7 +231,7 @@ def test_modelled_fields_are_not_noted(name: str) -> None:
 
 
 def test_generated_headers_beside_sources_are_current() -> None:
-    """When they are not: python building/library.py"""
+    """If they are not current: python building/library.py"""
     folder = NATIVE / "generated"
     assert {path.name: path.read_text(encoding="utf-8") for path in folder.glob("*.h")} == headers()
 

@@ -24,7 +24,7 @@ WAKE_UP, ALARM = 22, 17
 
 
 class Bench:
-    """An unlocked RTC on LSI: 32000 cycles a second; 12:00:00 on Wednesday, 28 February 2024."""
+    """An unlocked RTC on LSI with 32000 cycles a second, at 12:00:00 on Wednesday, 28 February 2024."""
 
     def __init__(self, time: int = 0x12_0000, date: int = 0x24_6228) -> None:
         self.chip = Chip()
@@ -50,7 +50,7 @@ class Bench:
         self._levels[number] = level
 
     def rises_in(self, duration_ps: int, flag: int) -> list[int]:
-        """Times of the rising edges, when software clears ``flag`` at each."""
+        """Return the times of the rising edges if software clears ``flag`` after each."""
         end_ps, clock = self.chip.clock.now_ps + duration_ps, self.chip.clock
         while clock.next_ps <= end_ps:
             self.chip.run_to(clock.next_ps)
@@ -84,7 +84,7 @@ def test_wake_up_timer_above_65536_seconds() -> None:
 
 
 def test_wutwf_is_set_while_timer_is_off() -> None:
-    """HAL_RTCEx_SetWakeUpTimer_IT polls it before it writes WUTR."""
+    """HAL_RTCEx_SetWakeUpTimer_IT polls this flag before it writes WUTR."""
     bench = Bench()
     bench.write((WUTR, 99), (CR, WUTE))
     assert not bench.rtc.read(ISR) & WUTWF
@@ -98,7 +98,7 @@ def test_wutwf_is_set_while_timer_is_off() -> None:
 
 
 def test_flags_are_cleared_without_unlock_keys() -> None:
-    """RM0368 17.3.5: ISR[13:8] are not protected; a handler clears them so."""
+    """RM0368 17.3.5: ISR[13:8] are not protected, so a handler can clear them without keys."""
     bench = Bench()
     bench.write((WUTR, 9), (CR, WUTE | WUTIE), (WPR, 0xFF))
     bench.chip.run_for(160 * CYCLE_PS)
@@ -123,7 +123,7 @@ def test_alarm_b_compares_weekday_and_time() -> None:
 
 
 def test_alarm_with_subseconds_repeats_within_second() -> None:
-    """MASKSS = 6 compares six bits of SSR, which counts from 249 down: four times a second."""
+    """MASKSS = 6 compares six bits of SSR, which counts down from 249: the alarm comes four times a second."""
     bench = Bench()
     bench.write((ALRMASSR, 6 << 24), (ALRMAR, EVERY_SECOND), (CR, ALRAE | ALRAIE))
     steps = [249 - value for value in (192, 128, 64, 0)]
@@ -144,7 +144,7 @@ def test_alarm_is_off_in_initialisation_mode() -> None:
     st.integers(0, 15),
 )
 def test_alarm_agrees_with_standard_library(start: datetime, after_s: int, masked: int) -> None:
-    """An alarm for a later second; fields with a mask do not count."""
+    """The alarm is for a later second; fields with a mask are not compared."""
     start = start.replace(tzinfo=UTC)
     wanted = start + timedelta(seconds=after_s)
     fields = [int(start.strftime(one), 16) for one in ("%H%M%S", "%y", "%m", "%d")]

@@ -1,4 +1,4 @@
-"""``fcu run FILE`` and ``Board(firmware=FILE)``: firmware built for the chip, as a user meets it."""
+"""``fcu run FILE`` and ``Board(firmware=FILE)``: use of firmware that was compiled for the chip."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def fcu(*arguments: str) -> subprocess.CompletedProcess[bytes]:
 
 
 def flash_contents(program: str = "solution", bus: str = "I2C2") -> bytes:
-    """As a programmer would read the flash back."""
+    """Return the contents of flash as a programmer reads them."""
     contents = bytearray()
     for segment in load_firmware(prebuilt(program, bus)).segments:
         start = segment.address - FLASH
@@ -43,7 +43,7 @@ def flash_contents(program: str = "solution", bus: str = "I2C2") -> bytes:
 
 
 def as_intel_hex(data: bytes) -> str:
-    """Records of 16 bytes with an extended linear address in front of every 64 KB."""
+    """Return records of 16 bytes, with an extended linear address before every 64 KB."""
 
     def record(kind: int, address: int, content: bytes) -> str:
         body = bytes((len(content), address >> 8 & 0xFF, address & 0xFF, kind)) + content
@@ -91,7 +91,7 @@ def test_wiring_follows_firmware_symbols() -> None:
 
 @pytest.mark.parametrize("bus", ["I2C2", "SPI2"])
 def test_firmware_with_both_handles_gets_used_wiring(tmp_path: Path, bus: str) -> None:
-    """One handle more, under a name of the same length, in the table of names."""
+    """The table of names has one more handle, whose name has the same length."""
     other = b"\0hi2c2\0" if bus == "SPI2" else b"\0hspi2\0"
     (tmp_path / "both.elf").write_bytes(prebuilt("solution", bus).read_bytes().replace(b"\0pitch\0", other))
     board = Board(firmware=tmp_path / "both.elf")
@@ -146,7 +146,7 @@ interrupt:
 
 @pytest.mark.parametrize("source", [STORES, FAULTS])
 def test_wiring_trial_of_busy_firmware_ends_early(tmp_path: Path, source: str) -> None:
-    """After so many accesses or faults, not after a time that depends on the machine."""
+    """The trial ends after a number of accesses or faults, not after a time that depends on the machine."""
 
     class Tried(Board):
         ends: ClassVar[list[float]] = []
@@ -237,7 +237,7 @@ def test_invalid_firmware_file_raises_fcu_error(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("scenario", ["led_x", "led_y", "flat"])
 def test_led_flash_during_pin_setup_fails_no_scenario(scenario: str) -> None:
-    """On the board, too, an LED is lit from its pin's becoming an output until it is switched off."""
+    """On the real board, too, an LED is lit from the set-up of its pin as an output until it is switched off."""
     board = Board(firmware="solution", scenario=scenario)
     board.run_for(0.15)
     assert not [finding for finding in check(board) if finding.kind == "led"]

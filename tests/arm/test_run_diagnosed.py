@@ -1,4 +1,4 @@
-"""``fcu run`` and ``--limit`` with firmware that hangs, crashes, crawls or floods, as a student meets it."""
+"""``fcu run`` and ``--limit`` with firmware that hangs, crashes, runs slowly or prints without end."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ BROKEN = Path(__file__).parent / "broken"
 
 
 def run(program: str, *arguments: str) -> tuple[int, str]:
-    """The exit code and what is said on stderr."""
+    """Return the exit code and the output on stderr."""
     firmware = program if program == "solution" else str(BROKEN / f"{program}.elf")
     done = subprocess.run(
         [sys.executable, "-m", "fcu_emulator", "run", firmware, "--speed", "max", *arguments],

@@ -1,7 +1,7 @@
-"""The C library under the address and undefined-behaviour sanitizers, which end the process at what is wrong.
+"""The C library with the address and undefined-behaviour sanitizers, which end the process at an error.
 
-A copy of the packages gets a library that was built with them. The tests of hostile firmware, of the core, of
-whole runs and of the blocks are run there.
+A copy of the packages has a library that was built with them. The tests of hostile firmware, of the core, of whole
+runs and of the peripherals run with this copy.
 """
 
 from __future__ import annotations
@@ -21,16 +21,17 @@ SANITIZE = "-fsanitize=address,undefined"
 BUILD = {"CC": CC, "CFLAGS": f"-g -O1 -fno-sanitize-recover=all {SANITIZE}", "LDFLAGS": SANITIZE}
 BLOCKS = ("dma", "exti", "gpio", "i2c_*", "spi_*", "tim_*", "usart")
 RUN_THERE = ("hostile_firmware", "core_*", "recorded", *BLOCKS)
-"""Files of this folder, by what follows test_. Random code is left to test_hostile_streams.py, which executes
-a hundred times as much of it without Python.
+"""Files of this folder, by the part of the name after test_.
+
+Random code is left to test_hostile_streams.py, which executes a hundred times as much code without Python.
 """
 LEFT_OUT = ("unicorn", "untraced", "counting_up_equals", "counting_down_equals")
-"""Parts of names: these go the ways in C that others of their file go, too."""
+"""Parts of names of omitted tests, which use the same C code as other tests of their file."""
 LIBRARY = "from fcu_emulator.emulator.chip.native import FOLDER, library_name; print(FOLDER / library_name())"
 
 
 def preloaded() -> str:
-    """The sanitizer's library, which must be in a process first; "" where there is none."""
+    """Return the sanitizer's library, which a process must load first, or "" if there is none."""
     if sys.platform != "linux" or shutil.which(CC) is None:
         return ""
     done = subprocess.run([CC, "-print-file-name=libasan.so"], capture_output=True, text=True, check=True)
@@ -42,7 +43,7 @@ pytestmark = pytest.mark.skipif(not preloaded(), reason="needs Linux and gcc wit
 
 @pytest.fixture(scope="module")
 def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The packages with a library that is looked after."""
+    """Return the folder with a copy of the packages, whose library has sanitizers."""
     folder = tmp_path_factory.mktemp("sanitized")
     shutil.copy(ROOT / "pyproject.toml", folder)
     for name in COPIED:
@@ -54,7 +55,7 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def python(copy: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """A Python there."""
+    """Run Python with this copy."""
     settings = {"LD_PRELOAD": preloaded(), "ASAN_OPTIONS": "detect_leaks=0", "PYTHONPATH": str(copy)}
     return subprocess.run(
         [sys.executable, *arguments],

@@ -1,4 +1,4 @@
-"""What makes the chip fast changes nothing: waiting skipped or executed, ports read from memory or not."""
+"""Optimisations of the chip do not change results: skipped or executed waiting, ports read from memory or not."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def register(result: Result, number: int) -> int:
 
 @pytest.mark.parametrize(("bus", "wiring", "calls"), [("I2C2", "lab3", 24), ("SPI2", "fcu001v1", 24)])
 def test_skipping_does_not_change_solution(bus: str, wiring: str, calls: int) -> None:
-    """Boot and some callbacks: text, transfers and their times, LEDs, registers, RAM, instructions."""
+    """The run has the boot and some callbacks. Text, transfers, times, LEDs, registers, RAM and counts are compared."""
     results = []
     for skip in (True, False):
         chip = Chip(prebuilt("solution", bus), wiring, skip=skip)
@@ -54,7 +54,7 @@ def test_skipping_does_not_change_solution(bus: str, wiring: str, calls: int) ->
 
 @pytest.mark.parametrize("source", [I2C_BY_INTERRUPT, I2C_BY_DMA], ids=["interrupts", "dma"])
 def test_skipping_does_not_change_interrupt_transfers(tmp_path: Path, source: str) -> None:
-    """RM0368 18.3.3, 18.3.7; the main program waits for a variable that a handler sets."""
+    """RM0368 18.3.3, 18.3.7: the main program waits for a variable that a handler sets."""
     results = []
     for skip in (True, False):
         chip = Chip(file(tmp_path, source), skip=skip)
@@ -72,7 +72,7 @@ def test_skipping_does_not_change_interrupt_transfers(tmp_path: Path, source: st
 @pytest.mark.parametrize("source", [POLLS_A_PIN, SHOWS_A_PIN], ids=["counts laps", "shows the pin"])
 @pytest.mark.parametrize("skip", [True, False])
 def test_polled_pin_is_seen_at_its_lap(tmp_path: Path, source: str, *, skip: bool) -> None:
-    """Edges between laps, with the port read thousands of times before, and written to by none or by all."""
+    """Edges occur between passes. The port has been read thousands of times before, and all or no passes write to it."""
     chip = Chip(file(tmp_path, source), skip=skip)
     edges_us = (3_000, 3_001, 5_000, 5_777, 9_000)
     for number, at_us in enumerate(edges_us):
@@ -92,7 +92,7 @@ def test_polled_pin_is_seen_at_its_lap(tmp_path: Path, source: str, *, skip: boo
 
 
 def test_pin_wait_with_port_writes_is_skipped(tmp_path: Path) -> None:
-    """Writes that leave a port as it is do not end the wait; an edge is shown at the lap it comes in."""
+    """Writes that do not change a port do not end the wait. An edge is visible in the pass in which it occurs."""
     results, skipped = [], []
     for skip in (True, False):
         chip = Chip(file(tmp_path, SHOWS_A_PIN), skip=skip)
@@ -110,7 +110,7 @@ def test_pin_wait_with_port_writes_is_skipped(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("skip", [True, False])
 def test_loop_that_changes_only_memory_is_executed(tmp_path: Path, *, skip: bool) -> None:
-    """Six instructions a lap, at 16 MHz and 1.3 cycles each."""
+    """Each pass has six instructions, at 16 MHz and 1.3 cycles each."""
     chip = Chip(file(tmp_path, COUNTS_IN_RAM), skip=skip)
     chip.run_until_ps(10 * PS_PER_MS)
 
@@ -119,7 +119,7 @@ def test_loop_that_changes_only_memory_is_executed(tmp_path: Path, *, skip: bool
 
 @pytest.mark.parametrize("skip", [True, False])
 def test_polled_port_without_clock_reads_zero(tmp_path: Path, *, skip: bool) -> None:
-    """RM0368 6.3.9: what was read from memory a moment ago is the block's again."""
+    """RM0368 6.3.9: a register that was read from memory just before is read from the peripheral again."""
     chip = Chip(file(tmp_path, LOSES_THE_CLOCK), skip=skip)
     chip.board.gpio.drive("A", 0, 1)
     chip.run_until_ps(10 * PS_PER_MS)

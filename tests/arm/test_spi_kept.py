@@ -1,6 +1,6 @@
-"""What the chip keeps of the sensors' bytes on SPI2: the same bytes, messages and times as without.
+"""Bytes of the sensors on SPI2 that the chip keeps do not change bytes, messages and times.
 
-The oracle is a bench whose parts the chip keeps nothing of: Python answers each byte at its time.
+The oracle is a bench on which no bytes are kept: Python answers each byte at its time.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ STATUS = [(LSM6DSL, 0x1E), (LIS2MDL, 0x67), (LPS22HB, 0x27)]
 
 
 def measuring(*, keeps: bool) -> StSpi:
-    """All three parts at about 100 Hz, block data update on."""
+    """Return all three sensors at about 100 Hz with block data update."""
     if keeps:
         spi = three_wire(CommBench())
     else:
@@ -55,7 +55,7 @@ def no_call_of_python() -> Iterator[None]:
 
 @contextmanager
 def one_run(spi: StSpi) -> Iterator[None]:
-    """What is done in here the firmware does in one run of instructions: C does not return in between."""
+    """Treat the accesses in the block as one run of instructions, during which C does not return."""
     with patch.object(FcuChip, "raise_error", lambda _chip: None):
         yield
     spi.bench.chip.fcu.raise_error()
@@ -85,7 +85,7 @@ OUTSIDE = ("turn", "look")
 
 
 def turn_round(spi: StSpi, pin: tuple[str, int], register: int) -> bytes:
-    """What no driver does: write while reading, and read on."""
+    """Write while reading, and continue to read, which no driver does."""
     bench = spi.bench
     put(bench, pin, 0)
     spi._send(register | 0x80)
@@ -146,7 +146,7 @@ def test_kept_bytes_have_their_time(steps: list[tuple[object, ...]], detailed: b
 
 
 def test_kept_bytes_need_no_calls_between_samples() -> None:
-    """Data-ready is cleared and each word read once; from then on the chip has the bytes alone."""
+    """Data-ready is cleared and each word is read once. Afterwards the chip has all bytes and needs no call."""
     spi = measuring(keeps=True)
     spi.bench.wait(25 * PS_PER_MS)
 
@@ -166,7 +166,7 @@ def test_kept_bytes_need_no_calls_between_samples() -> None:
 
 
 def test_single_byte_messages_need_no_calls() -> None:
-    """ST's driver of the LPS22HB clears IF_ADD_INC. The pressure is held from first to last byte."""
+    """ST's driver of the LPS22HB clears IF_ADD_INC. The pressure is held from the first to the last byte."""
     spi = measuring(keeps=True)
     spi.write(LPS22HB, 0x11, 0x00)
     spi.bench.wait(25 * PS_PER_MS)
@@ -204,7 +204,7 @@ def test_recent_messages_of_both_kinds_are_ordered() -> None:
 
 
 def test_message_beyond_kept_bytes_continues() -> None:
-    """Registers that only hold a value, read round and round: 128 sub-addresses, 300 bytes."""
+    """Registers that only store a value are read around the wrap: 128 sub-addresses, 300 bytes."""
     kept, live = measuring(keeps=True), measuring(keeps=False)
     assert kept.read(LIS2MDL, 0x45, 300) == live.read(LIS2MDL, 0x45, 300)
     (transfer,) = kept.bench.spi_bus.recent_transfers()[-1:]
@@ -220,7 +220,7 @@ def test_unheard_bytes_are_kept_for_diagnosis() -> None:
 
 
 def test_kept_bytes_follow_wire_mode() -> None:
-    """In full duplex the host listens on MISO: a part on three wires is not heard there."""
+    """In full duplex the chip reads MISO, so it does not receive a sensor on three wires."""
     spi = measuring(keeps=True)
     bench = spi.bench
     assert spi.read(LIS2MDL, 0x4F) == b"\x40"
@@ -239,7 +239,7 @@ def test_kept_bytes_follow_wire_mode() -> None:
 
 
 def test_two_selected_parts_are_read_as_and() -> None:
-    """Both have WHO_AM_I at 0x0F: 0x6A and 0xB1."""
+    """Both sensors have WHO_AM_I at 0x0F, with 0x6A and 0xB1."""
     spi = measuring(keeps=True)
     for first, second in ((LSM6DSL, LPS22HB), (LPS22HB, LSM6DSL)):
         put(spi.bench, first, 0)

@@ -1,4 +1,4 @@
-"""SPI2 driven as ST's sensor driver and HAL V1.6.0 drive it (RM0368 section 20)."""
+"""SPI2 as ST's sensor driver and HAL V1.6.0 use it (RM0368 section 20)."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ def output(bench: CommBench, pin: tuple[str, int]) -> None:
 
 
 def put(bench: CommBench, pin: tuple[str, int], level: int) -> None:
-    """Its level (BSRR, 8.4.7)."""
+    """Set the level of a pin (BSRR, 8.4.7)."""
     port, number = pin
     bench.chip[f"GPIO{port}"].write(0x18, 1 << number if level else 1 << number + 16)
 
 
 class StSpi:
-    """The driver of the board's stock firmware: three wires, one byte a pulse of SPE."""
+    """The driver of the board's stock firmware: three wires, and one byte for each pulse of SPE."""
 
     def __init__(self, bench: CommBench) -> None:
         self.bench = bench
@@ -109,7 +109,7 @@ def test_part_identities_are_read() -> None:
 def test_three_wire_bytes_are_parts_own(
     where: tuple[tuple[str, int], int], data: bytes, count: int, delays: list[int]
 ) -> None:
-    """The oracle: the same messages given to :class:`SpiTarget` in one piece."""
+    """The oracle gives the same messages to :class:`SpiTarget` as a whole."""
     pin, register = where
     spi = three_wire(CommBench(delays))
     spi.write(pin, register, *data)
@@ -129,7 +129,7 @@ def test_three_wire_bytes_are_parts_own(
 
 
 def test_byte_takes_eight_clock_periods() -> None:
-    """ST's firmware: 42 MHz / 16. BSY and RXNE show it; firmware that polls needs no event."""
+    """ST's firmware has 42 MHz / 16. BSY and RXNE show the end of a byte, and polling firmware needs no event."""
     bench = CommBench()
     spi = three_wire(bench)
     assert bench.spi_bus.speed_hz == 2_625_000
@@ -199,7 +199,7 @@ def test_dr_read_with_spe_starts_next_byte() -> None:
 
 
 def four_wire(bench: CommBench, extra: int = 0) -> None:
-    """The LIS2MDL on four wires (CFG_REG_C.4WSPI), then SPI2 in full duplex."""
+    """Return the LIS2MDL on four wires (CFG_REG_C.4WSPI), and SPI2 in full duplex."""
     spi = StSpi(bench)
     spi.write(LIS2MDL, 0x62, 0x04)
     bench.write(bench.spi2, CR1, 0)
@@ -242,7 +242,7 @@ def test_first_full_duplex_message_reads_sensor() -> None:
 
 
 def test_unread_frame_is_overrun() -> None:
-    """20.3.10: the frame that comes later is lost; DR, then SR clears OVR."""
+    """20.3.10: the later frame is lost. Reading DR, then SR, clears OVR."""
     bench = CommBench()
     four_wire(bench)
     put(bench, LIS2MDL, 0)
@@ -341,7 +341,7 @@ def test_two_low_chip_selects_are_noted() -> None:
 
 
 def test_low_chip_selects_without_clock_are_silent() -> None:
-    """Firmware that sets its pins up: each output is low until it is set."""
+    """Firmware sets up its pins, and each output is low until firmware sets it."""
     bench = CommBench()
     for pin in (LSM6DSL, LIS2MDL, LPS22HB):
         output(bench, pin)
@@ -352,7 +352,7 @@ def test_low_chip_selects_without_clock_are_silent() -> None:
 
 
 def test_early_chip_select_cuts_byte() -> None:
-    """Firmware that does not wait for BSY."""
+    """The firmware does not wait for BSY."""
     bench = CommBench()
     spi = three_wire(bench)
     put(bench, LIS2MDL, 0)
@@ -364,7 +364,7 @@ def test_early_chip_select_cuts_byte() -> None:
 
 
 def test_completed_byte_is_kept_without_polling() -> None:
-    """Firmware that waits by counting instead of by BSY: only time passes between DR and the edge."""
+    """The firmware counts instead of waiting for BSY, so only time passes between DR and the edge."""
     bench = CommBench()
     spi = three_wire(bench)
     put(bench, LIS2MDL, 0)
@@ -377,7 +377,7 @@ def test_completed_byte_is_kept_without_polling() -> None:
 
 
 def test_master_with_low_nss_has_mode_fault() -> None:
-    """20.3.10: MODF clears SPE and MSTR; it is cleared by SR, then a write of CR1."""
+    """20.3.10: MODF clears SPE and MSTR. Reading SR and then writing CR1 clears it."""
     bench = CommBench()
     bench.write(bench.spi2, CR1, SSM | MSTR | SPE)
     assert bench.read(bench.spi2, SR) & MODF
@@ -405,7 +405,7 @@ def test_unmodelled_or_too_fast_setting_is_noted(
 
 
 def test_nss_as_output_is_not_noted() -> None:
-    """20.5.2: SSOE."""
+    """20.5.2: the bit is SSOE."""
     bench = CommBench()
     bench.write(bench.spi2, CR2, 1 << 2)
     bench.write(bench.spi2, CR1, MSTR | SPE | 3 << 3)
@@ -431,7 +431,7 @@ def test_pins_without_alternate_function_are_unconnected() -> None:
 
 
 def test_absent_bluenrg_keeps_its_interrupt_low() -> None:
-    """ST's firmware must see a header other than 0x02, and PA4 low."""
+    """ST's firmware must read a header other than 0x02, with PA4 low."""
     bench = CommBench()
     spi1 = bench.spi1
     bench.write(spi1, CR1, SSM | SSI | MSTR | 2 << 3 | SPE)
@@ -446,5 +446,5 @@ def test_absent_bluenrg_keeps_its_interrupt_low() -> None:
 
 
 def test_bidirectional_bits_are_those_of_manual() -> None:
-    """20.5.1; the values of CR1 seen on the board are 0x831F, 0xC31F and 0xC35F."""
+    """20.5.1. CR1 has the values 0x831F, 0xC31F and 0xC35F on the real board."""
     assert (THREE_WIRE & BIDIMODE, THREE_WIRE | BIDIOE, THREE_WIRE | BIDIOE | SPE) == (0x8000, 0xC31F, 0xC35F)

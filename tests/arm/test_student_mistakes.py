@@ -1,7 +1,8 @@
-"""Each mistake of a student is explained in the words of docs/mistakes.md, and only a mistake.
+"""Each mistake of a student is explained as in docs/mistakes.md, and correct programs get no explanation.
 
-All are built as a student builds, without and with optimisation: with FCU_ALL_STUDENTS=1 each in both
-ways, and the right ones through all scenarios, which takes a quarter of an hour; else half of it.
+With FCU_ALL_STUDENTS=1 each program is built with and without optimisation, and the correct programs run through all
+scenarios, which takes a quarter of an hour. Otherwise each program is built one way, and half of the scenarios are
+run.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ needs_compiler = pytest.mark.skipif(
 
 
 def scenarios_for(names: Sequence[str]) -> list[tuple[str, str]]:
-    """Pairs of program and scenario: all of them, or each program with another one."""
+    """Return pairs of program and scenario: all pairs, or one scenario for each program."""
     if ALL:
         return [(name, scenario) for name in names for scenario in QUIET_SCENARIOS]
     return [(name, QUIET_SCENARIOS[n % len(QUIET_SCENARIOS)]) for n, name in enumerate(names)]
@@ -57,7 +58,7 @@ def expected(program: Program, optimisation: str) -> str:
 
 
 def both_ways(names: Iterable[str]) -> list[tuple[str, str]]:
-    """Pairs of program and optimisation: all of them, or each program with one of the two."""
+    """Return pairs of program and optimisation: all pairs, or one optimisation for each program."""
     pairs = [(name, one) for name in names for one in OPTIMISATIONS]
     return pairs if ALL else pairs[0::4] + pairs[3::4]
 
@@ -96,7 +97,7 @@ def test_shipped_and_vendor_programs_are_not_reported(name: str, scenario: str) 
 @pytest.mark.parametrize("done", [3, 4, 5] if ALL else [3])
 @pytest.mark.parametrize("run", ["heading", "sensors", "stairs", "steep_x", "steep_y", "tilt"])
 def test_done_exercise_has_no_wrong_numbers(run: str, done: int, folder: Path) -> None:
-    """The rubric's motions, on which the block's lines are printed at different attitudes."""
+    """The motions are those of the rubric, so that the lines of a block are printed at different attitudes."""
     scenario = load_rubric("lab3").scenario(run, 0)
     board = Board(str(staged(done, folder)), scenario=scenario, seed=0)
     recorder = TruthRecorder(board)
@@ -116,7 +117,7 @@ def test_page_shows_all_mistakes() -> None:
 
 @needs_compiler
 def test_replay_accepts_solution_in_double(folder: Path) -> None:
-    """Each angle computed at each sample, in double throughout, where the lab's firmware keeps floats."""
+    """The program computes each angle at each sample and only in double; the lab's firmware stores floats."""
     every_sample = [change for change in VARIANTS["double"].change if "eCompass" not in change.old]
     program = replace(VARIANTS["double"], change=tuple(every_sample))
     options = ("--scenario", "flat", "--replay", "--duration", "6s")

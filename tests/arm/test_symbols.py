@@ -1,4 +1,4 @@
-"""Names, lines and variables of programs made by hand."""
+"""Names, lines and variables of programs that tests generate."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_address_outside_of_every_function_has_none(address: int) -> None:
 
 
 def test_function_without_size_reaches_next() -> None:
-    """Hand-written assembly often has no .size; the last one reaches to the end of flash."""
+    """Hand-written assembly often has no .size. The last function reaches to the end of flash."""
     program = named(("first", RESET | 1, 0, GLOBAL_FUNC), ("last", MAIN | 1, 0, GLOBAL_FUNC))
 
     assert program.function_at(MAIN - 2) == ("first", RESET, MAIN - RESET, MAIN - 2 - RESET)
@@ -186,7 +186,7 @@ def test_line_reaches_next_row_or_sequence_end() -> None:
 
 
 def test_lines_of_removed_functions_are_not_shown() -> None:
-    """The linker leaves them behind at address 0 (--gc-sections)."""
+    """The linker leaves removed functions at address 0 (--gc-sections)."""
     program = replaced(".debug_line", contents(".debug_line").replace(struct.pack("<I", RESET), bytes(4)))
 
     assert program.line_at(0) is None
@@ -194,7 +194,7 @@ def test_lines_of_removed_functions_are_not_shown() -> None:
 
 
 def v5_names(folders: tuple[bytes, ...], *files: tuple[bytes, int]) -> bytes:
-    """Tables of DWARF 5 section 6.2.4.1: path as string, directory number as udata."""
+    """Return tables as in DWARF 5 section 6.2.4.1, with the path as a string and the directory number as udata."""
     out = b"\x01\x01\x08" + uleb(len(folders)) + b"".join(folder + b"\0" for folder in folders)
     out += b"\x02\x01\x08\x02\x0f" + uleb(len(files))
     return out + b"".join(name + b"\0" + uleb(folder) for name, folder in files)

@@ -1,4 +1,4 @@
-"""Symbols and debug information that are packed, damaged or hostile."""
+"""Symbols and debug information that are compressed, damaged or hostile."""
 
 from __future__ import annotations
 
@@ -124,14 +124,14 @@ def test_line_range_of_zero_is_damage(words: Words) -> None:
 
 
 def in_a_circle() -> bytes:
-    """The alias Axes refers to itself."""
+    """Return information in which the alias Axes refers to itself."""
     info = contents(".debug_info")
     at = info.index(b"\x08Axes\0")
     return info[: at + 6] + struct.pack("<I", at) + info[at + 10 :]
 
 
 def with_member(place: int, offset: int) -> bytes:
-    """The structure's member F has another type, at ``place`` in the unit, or another offset."""
+    """Return information in which member F has another type, at ``place`` in the unit, or another offset."""
     info = contents(".debug_info")
     at = info.index(b"\x04F\0") + 3
     return info[:at] + struct.pack("<IB", place, offset) + info[at + 5 :]
@@ -164,7 +164,7 @@ def test_impossible_types_have_no_value(info: bytes, words: Words) -> None:
 
 
 def test_endlessly_nested_types_are_refused(words: Words) -> None:
-    """A thousand aliases, each of the next: no C program has them, and Python's stack has an end."""
+    """A thousand aliases each refer to the next, which no C program has. The depth of Python's stack is limited."""
     chain = b"".join(b"\x08\0" + struct.pack("<I", 13 + 6 * (number + 1)) for number in range(1000))
     info = unit(
         b"\x01\0" + chain + b"\x05acc\0" + struct.pack("<I", 13) + b"\x05\x03" + struct.pack("<I", ACC)
@@ -208,7 +208,7 @@ def test_symbol_table_without_strings_is_noted(link: int, words: Words) -> None:
 
 
 def test_huge_shared_abbreviation_exceeds_budget(monkeypatch: pytest.MonkeyPatch, words: Words) -> None:
-    """Three thousand attributes that take no bytes, in each of ten thousand entries of one byte."""
+    """Each of ten thousand entries of one byte has three thousand attributes that take no bytes."""
     monkeypatch.setattr(Budget, "LIMIT", 100_000)
     attributes = b"\x02\x19" * 3_000
     table = uleb(1) + uleb(0x34) + b"\0" + attributes + b"\0\0\0"

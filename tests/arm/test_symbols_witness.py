@@ -1,4 +1,4 @@
-"""Names, lines and types of the shipped solution, as pyelftools and the lab's text have them."""
+"""Names, lines and types of the shipped solution agree with pyelftools and with the lab's text."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_every_row_of_every_line_program_is_found() -> None:
 
 
 def _rows() -> list[tuple[int, tuple[str, int]]]:
-    """(address, (file, line)) by pyelftools: of the rows at one address the last one holds."""
+    """Return (address, (file, line)) from pyelftools. Of several rows at one address, the last is valid."""
     rows: dict[int, tuple[str, int]] = {}
     dwarf = elf_file().get_dwarf_info()
     for compilation in dwarf.iter_CUs():
@@ -92,7 +92,7 @@ def test_variables_of_solution_have_labs_types() -> None:
 
 
 def test_repeated_variable_read_costs_no_work() -> None:
-    """A scenario may poll one a million times; the budget is for the file, not for the run."""
+    """A scenario may read a variable a million times. The budget is for reading the file, not for the run."""
     program = loaded(*debug_sections())
     program.read_variable("acc", memory)
     before = program.work

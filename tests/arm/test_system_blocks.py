@@ -53,7 +53,7 @@ def test_every_register_has_name_and_reset_value(blocks: SystemPeripherals) -> N
 
 
 def test_reset_restores_every_block(blocks: SystemPeripherals) -> None:
-    """But for what outlives it: the RTC, and RCC's reset flags, which RMVF clears for good."""
+    """The RTC and the reset flags of RCC, which RMVF clears, are not restored."""
     before = {block.name: dict(block.registers) for block in blocks}
     for block in blocks:
         for offset in block.NAMES:
@@ -73,7 +73,7 @@ def test_unmodelled_block_is_noted_once(chip: Chip, blocks: SystemPeripherals, n
 
 
 def test_usb_core_reset_ends_without_cable(chip: Chip, blocks: SystemPeripherals) -> None:
-    """USB_CoreReset() of ST's driver, then its setup; RM0368 22.16: GRSTCTL, GUSBCFG, GINTSTS."""
+    """USB_CoreReset() of ST's driver, followed by its set-up; RM0368 22.16: GRSTCTL, GUSBCFG, GINTSTS."""
     otg = blocks.otg
     assert otg.read(0x10) >> 31
     otg.write(0x10, 1)
@@ -149,7 +149,7 @@ def test_wrong_key_locks_until_reset(blocks: SystemPeripherals) -> None:
 
 @pytest.fixture
 def memory(blocks: SystemPeripherals) -> bytearray:
-    """The flash, all programmed, with its interface unlocked."""
+    """Return the flash, completely programmed, with an unlocked interface."""
     content = bytearray(256 * 1024)
     blocks.flash.connect(memoryview(content), lambda _offset, _size: None, lambda: None)
     for key in KEYS:
@@ -162,7 +162,7 @@ EOP, OPERR, PGPERR, PGSERR, BSY = 1 << 0, 1 << 1, 1 << 6, 1 << 7, 1 << 16  # SR
 
 
 def test_flash_programs_zeros_only(chip: Chip, blocks: SystemPeripherals, memory: bytearray) -> None:
-    """RM0368 3.6.3: only bits from 1 to 0; datasheet: 16 us for a word."""
+    """RM0368 3.6.3: bits change only from 1 to 0; datasheet: 16 us for a word."""
     flash = blocks.flash
     memory[0x8000:0x8004] = b"\xff\x0f\xff\xff"
     flash.write(CR, PG | X32 | EOPIE)
@@ -243,7 +243,7 @@ def test_flash_erases_nothing_without_selection(
 
 
 def test_power_control_flags_and_low_power_note(chip: Chip, blocks: SystemPeripherals) -> None:
-    """RM0368 5.4.1: CWUF and CSBF read 0; VOSRDY is set; low-power modes are told."""
+    """RM0368 5.4.1: CWUF and CSBF read 0, and VOSRDY is set. Low-power modes are noted."""
     blocks.pwr.write(0, 0x8100 | 0xC)
     assert blocks.pwr.read(0) == 0x8100
     assert blocks.pwr.read(4) == 1 << 14
@@ -254,7 +254,7 @@ def test_power_control_flags_and_low_power_note(chip: Chip, blocks: SystemPeriph
 
 @given(st.lists(st.integers(0, 0xFFFF_FFFF), max_size=8))
 def test_crc_is_ethernet_polynomial_without_reflection(words: list[int]) -> None:
-    """RM0368 4.2: against the standard library, whose CRC-32 is reflected and inverted."""
+    """RM0368 4.2. The standard library's CRC-32 is reflected and inverted."""
     crc = NativeChip()["CRC"]
     crc.write(0x08, 1)
     for word in words:
@@ -288,7 +288,7 @@ def test_device_and_unique_id_equal_manual() -> None:
 
 
 def start_rtc(chip: Chip, blocks: SystemPeripherals, time: int, date: int) -> None:
-    """On LSI, 128 * 250 cycles a second."""
+    """Start the RTC on LSI with 128 * 250 cycles a second."""
     blocks.pwr.write(0, 1 << 8)
     blocks.rcc.write(0x74, LSION)
     blocks.rcc.write(0x70, RTC_ON_LSI)
@@ -302,7 +302,7 @@ def start_rtc(chip: Chip, blocks: SystemPeripherals, time: int, date: int) -> No
 
 
 def test_calendar_runs(chip: Chip, blocks: SystemPeripherals) -> None:
-    """RM0368 17.3: 28 February 2024 23:59:58, a Wednesday, is followed by the 29th."""
+    """RM0368 17.3: Wednesday, 28 February 2024, 23:59:58 is followed by the 29th."""
     start_rtc(chip, blocks, 0x23_5958, 0x24_6228)
     rtc = blocks.rtc
     assert (rtc.read(RTC_TR), rtc.read(RTC_DR)) == (0x23_5958, 0x24_6228)

@@ -1,4 +1,4 @@
-"""The test assembler writes what the GNU assembler writes (arm-none-eabi-as 2.40)."""
+"""The test assembler writes the same code as the GNU assembler (arm-none-eabi-as 2.40)."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ def chip() -> NativeChip:
 
 
 def timer(chip: NativeChip, name: str, **registers: int) -> Timer:
-    """A timer of a chip whose timer clock is 84 MHz; registers are written in the order given."""
+    """A timer of a chip whose timer clock is 84 MHz. Registers are written in the given order."""
     tim = chip.timer(name)
     for register, value in registers.items():
         tim.write(OFFSETS[register], value)
@@ -48,7 +48,7 @@ def duty(tim: Timer) -> float:
 
 
 def motors(chip: NativeChip, **registers: int) -> Timer:
-    """TIM4 as ST's firmware runs the motors."""
+    """Return TIM4 with the settings of ST's firmware for the motors."""
     settings = {"PSC": 84, "ARR": 1999, "CCMR1": 0x6868, "CCMR2": 0x6868, "CCER": 0x1111, **registers}
     return timer(chip, "TIM4", **settings, EGR=1, CR1=1)
 
@@ -113,7 +113,7 @@ def test_no_pwm_without_enable_counter_or_main_output(chip: NativeChip) -> None:
 
 
 def test_compare_interrupt_comes_at_its_count(chip: NativeChip) -> None:
-    """TIM3 at 1 MHz, CCR1 = 10: 10 us after the start, then once a cycle of 50 us."""
+    """TIM3 counts at 1 MHz with CCR1 = 10: the interrupt comes 10 us after the start, then once a cycle of 50 us."""
     tim = timer(chip, "TIM3", PSC=83, ARR=49, EGR=1, SR=0, CCR1=10, DIER=CC1IF, CR1=1)
     for cycle in range(3):
         chip.run_to((10 + 50 * cycle) * PS_PER_US - 1)
@@ -125,7 +125,7 @@ def test_compare_interrupt_comes_at_its_count(chip: NativeChip) -> None:
 
 
 def test_compare_value_of_0_matches_once_cycle(chip: NativeChip) -> None:
-    """RM0368 13.4.5, CC1IF: when the counter reaches 0, which is each overflow of ARR = 49."""
+    """RM0368 13.4.5, CC1IF: it is set when the counter reaches 0, which is each overflow of ARR = 49."""
     tim = timer(chip, "TIM3", PSC=83, ARR=49, EGR=1, SR=0, CCMR1=0x60, CCER=1, DIER=CC1IF, CR1=1)
     while chip.next_ps <= 150 * PS_PER_US:
         chip.run_to(chip.next_ps)
@@ -135,7 +135,7 @@ def test_compare_value_of_0_matches_once_cycle(chip: NativeChip) -> None:
 
 @pytest.mark.parametrize(("cms", "counts"), [(1, [90]), (2, [10]), (3, [10, 90])])
 def test_centre_aligned_flags_rise_in_selected_half(chip: NativeChip, cms: int, counts: list[int]) -> None:
-    """RM0368 12.4.1, CMS: 1 counting down, 2 counting up, 3 both."""
+    """RM0368 12.4.1, CMS: 1 for counting down, 2 for counting up, 3 for both."""
     tim = timer(chip, "TIM3", PSC=83, ARR=50, EGR=1, SR=0, CCR1=10, DIER=CC1IF, CR1=cms << 5 | 1)
     while chip.next_ps <= 100 * PS_PER_US:
         chip.run_to(chip.next_ps)
@@ -210,7 +210,7 @@ def lsi_timer(chip: NativeChip, ccmr2: int, **registers: int) -> Timer:
 
 @pytest.mark.parametrize(("ccmr2", "edges"), [(0x0100, 1), (0x0D00, 8)])
 def test_tim5_measures_lsi(chip: NativeChip, ccmr2: int, edges: int) -> None:
-    """84 MHz over 32 kHz: 2625 counts an edge; IC4PSC = 3 captures every eighth."""
+    """84 MHz over 32 kHz gives 2625 counts between edges. IC4PSC = 3 captures every eighth edge."""
     tim = lsi_timer(chip, ccmr2, DIER=CC4IF)
     chip.run_for(PS_PER_US)
     chip.clocks.set(lsi_hz=32_000)

@@ -1,4 +1,4 @@
-"""Timer interrupts: the lab's tick, late and lost ones, shared numbers, and what costs no event."""
+"""Timer interrupts: the lab's tick, late and lost ticks, shared numbers, and operation without events."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ TIM9_IRQ = 24
 
 
 class Tick:
-    """TIM9 as the lab starts it: PSC and ARR, UG, UIE, CEN (HAL_TIM_Base_Init, HAL_TIM_Base_Start_IT)."""
+    """TIM9 with the lab's start: PSC and ARR, UG, UIE, CEN (HAL_TIM_Base_Init, HAL_TIM_Base_Start_IT)."""
 
     def __init__(self, psc: int = 83, arr: int = 1249, *, start: bool = True) -> None:
         self.chip = NativeChip()
@@ -24,14 +24,14 @@ class Tick:
                 self.tim.write(offset, value)
 
     def handle(self) -> None:
-        """What HAL_TIM_IRQHandler does: SR is cleared by a 0 in its bit."""
+        """Do the same as HAL_TIM_IRQHandler, which clears a flag by writing 0 to its bit."""
         assert self.tim.read(SR) & 1
         self.tim.write(SR, 0xFFFF_FFFE)
 
 
 @pytest.mark.parametrize(("psc", "arr", "rate_hz"), [(83, 1249, 800.0), (51, 1999, 807.692)])
 def test_labs_rates(psc: int, arr: int, rate_hz: float) -> None:
-    """84 MHz / 84 / 1250; ST's own 52 / 2000."""
+    """The rates are 84 MHz / 84 / 1250, and in ST's firmware 84 MHz / 52 / 2000."""
     assert Tick(psc, arr).tim.rate_hz == pytest.approx(rate_hz, abs=1e-3)
 
 
@@ -78,7 +78,7 @@ def test_prompt_handler_is_not_late() -> None:
 
 
 def test_ticks_that_find_flag_set_are_lost() -> None:
-    """The board must show an overrun. 1.25 ms period, handler after 4 ms: 3 lost."""
+    """The board must show an overrun. With a period of 1.25 ms and a handler after 4 ms, 3 ticks are lost."""
     tick = Tick()
     tick.chip.run_to(4 * PS_PER_MS)
     tick.handle()
@@ -130,7 +130,7 @@ def test_flag_poll_can_be_skipped() -> None:
 
 
 def test_another_clock_keeps_count() -> None:
-    """After the switch from 16 to 84 MHz the counter goes on from where it was."""
+    """After the change from 16 to 84 MHz, the counter continues at its value."""
     tick = Tick(start=False)
     tick.chip.clocks.set(timer1_hz=16_000_000)
     tim3 = tick.chip.timer("TIM3")
@@ -164,7 +164,7 @@ def test_update_interrupt_numbers(name: str, number: int) -> None:
 
 
 def test_two_timers_share_number() -> None:
-    """TIM1_UP and TIM10 are both 25: the line is active until both are served."""
+    """TIM1_UP and TIM10 both have number 25. The line is active until both are served."""
     tick = Tick(start=False)
     for name in ("TIM1", "TIM10"):
         tick.chip.timer(name).write(EGR, UG)
@@ -187,7 +187,7 @@ def test_one_pulse_stops_after_one_update() -> None:
 
 
 def test_update_requests_go_to_dma() -> None:
-    """RM0368 table 28: TIM4_UP is channel 2 of DMA1 stream 6; here it puts a new ARR at each update."""
+    """RM0368 table 28: TIM4_UP is channel 2 of DMA1 stream 6. Here it writes a new ARR at each update."""
     tick = Tick(start=False)
     tim4, dma = tick.chip.timer("TIM4"), tick.chip["DMA1"]
     stream = 0x10 + 0x18 * 6
@@ -221,7 +221,7 @@ def test_timer_slave_mode_is_noted() -> None:
 
 
 def test_missing_timer_registers_read_zero() -> None:
-    """RM0368 14.5: TIM10 has one channel and counts up only."""
+    """RM0368 14.5: TIM10 has one channel and only counts up."""
     tick = Tick(start=False)
     tim10 = tick.chip.timer("TIM10")
     tim10.write(0x38, 5)
@@ -230,7 +230,7 @@ def test_missing_timer_registers_read_zero() -> None:
 
 
 def test_stopped_clock_pauses_count() -> None:
-    """RCC may be left with a PLL that makes no clock: nothing counts, and nothing is divided by 0."""
+    """RCC may select a PLL that does not run. Then no timer counts, and there is no division by 0."""
     tick = Tick()
     tick.handle()
     tick.chip.run_to(500 * PS_PER_US)

@@ -1,4 +1,4 @@
-"""Timers against a slow oracle: whatever is written when, and however rarely somebody looks."""
+"""Timers agree with a slow oracle, for any writes at any times and for any reads."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ STEPS = st.lists(
 
 
 class Pair:
-    """A timer and its oracle, driven alike."""
+    """A timer and its oracle, which receive the same writes."""
 
     def __init__(self, direction: str) -> None:
         self.chip = NativeChip()
@@ -112,7 +112,7 @@ def test_counting_down_equals_oracle(steps: list[tuple[str, int]]) -> None:
 @settings(max_examples=150)
 @given(STEPS)
 def test_counting_up_and_down_equals_oracle(steps: list[tuple[str, int]]) -> None:
-    """CNT is left alone, and ARR moves only at an update: beyond that the manual is silent."""
+    """CNT is not written, and ARR changes only at an update. The manual does not describe other cases."""
     pair = Pair("centre")
     pair.do("arpe", 1)
     for name, value in [*steps, ("look", 0)]:
@@ -142,7 +142,7 @@ def test_repetition_counter_divides_updates(psc: int, arr: int, rcr: int, ticks:
 
 @given(st.integers(10**6, 84 * 10**6), st.integers(0, 0xFFFF), st.integers(1, 0xFFFF), st.integers(1, 1000))
 def test_updates_never_drift(hz: int, psc: int, arr: int, count: int) -> None:
-    """The k-th update is k periods after the start, rounded down once."""
+    """The k-th update comes k periods after the start, rounded down once."""
     chip = NativeChip()
     chip.clocks.set(timer2_hz=hz)
     tim = chip.timer("TIM9")
@@ -159,7 +159,7 @@ def test_updates_never_drift(hz: int, psc: int, arr: int, count: int) -> None:
 
 @given(st.integers(1, 84 * 10**6), st.integers(1, 9), st.lists(st.integers(1, PS_PER_S // 5), max_size=30))
 def test_counter_read_often_never_drifts(hz: int, prescale: int, waits_ps: list[int]) -> None:
-    """CNT follows from the time since the start alone, however often and however late it is read."""
+    """CNT depends only on the time since the start, for any number and times of reads."""
     chip = NativeChip()
     chip.clocks.set(timer1_hz=hz)
     tim = chip.timer("TIM2")

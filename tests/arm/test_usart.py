@@ -1,4 +1,4 @@
-"""USART1 driven as HAL V1.6.0 drives it; what reaches the terminal, and when (RM0368 section 19)."""
+"""USART1 as HAL V1.6.0 uses it, and the arrival of its bytes at the terminal (RM0368 section 19)."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ delays = st.lists(st.sampled_from([0, 0, 20 * PS_PER_US, 200 * PS_PER_US]), max_
 
 
 class Bench(FakeProcessor):
-    """USART1 with a terminal; each access takes ``ACCESS_PS`` and, before it, one of ``delays`` more."""
+    """USART1 with a terminal. Each access takes ``ACCESS_PS``, and before it one of ``delays``."""
 
     def __init__(self, delays: Iterable[int] = ()) -> None:
         chip = NativeChip()
@@ -52,7 +52,7 @@ class Bench(FakeProcessor):
 
 
 def started(delays: Iterable[int] = (), brr: int = 0x2D9, cr1: int = 0) -> Bench:
-    """After HAL_UART_Init: 115200 8N1, transmitter and receiver on."""
+    """Return the bench after HAL_UART_Init: 115200 8N1, with transmitter and receiver enabled."""
     bench = Bench(delays)
     bench.write(bench.usart1, BRR, brr)
     bench.write(bench.usart1, CR1, TE | RE | cr1)
@@ -66,13 +66,13 @@ def send(bench: Bench, value: int) -> None:
 
 
 def frame_ps(bench: Bench) -> int:
-    """The time of a frame sent on the idle line: TXE comes back at once, TC at its end."""
+    """Return the time of a frame on the idle line: TXE is set at once, TC at its end."""
     send(bench, 0x55)
     return bench.usart1.next_change_ps() - bench.clock.now_ps
 
 
 def transmit(bench: Bench, data: bytes) -> None:
-    """HAL_UART_Transmit."""
+    """Transmit as HAL_UART_Transmit does."""
     for value in data:
         send(bench, value)
     bench.poll(bench.usart1, SR, TC)
@@ -116,7 +116,7 @@ def test_flags_before_during_and_after_two_bytes() -> None:
 
 
 def test_tc_is_cleared_by_writing_zero_to_it() -> None:
-    """19.6.1; HAL_UART_Transmit_DMA clears it so before it enables DMAT."""
+    """19.6.1. HAL_UART_Transmit_DMA clears it in this way before it sets DMAT."""
     bench = started()
     bench.write(bench.usart1, SR, ~TC)
     assert bench.read(bench.usart1, SR) & (TXE | TC) == TXE
@@ -124,7 +124,7 @@ def test_tc_is_cleared_by_writing_zero_to_it() -> None:
 
 
 def test_tc_stays_without_sr_read_before_dr() -> None:
-    """19.6.1: the sequence that clears it is a read of SR, then a write of DR."""
+    """19.6.1: the sequence that clears TC is a read of SR, then a write of DR."""
     bench = started()
     bench.write(bench.usart1, DR, 0x41)
     assert bench.read(bench.usart1, SR) & TC
@@ -206,7 +206,7 @@ def test_transmit_by_dma() -> None:
     [(0x2D9, 0, 729), (0x222E, 0, 0x222E), (0x5B1, OVER8, 0x5B * 8 + 1)],
 )
 def test_baud_rate_follows_brr(brr: int, cr1: int, ticks: int) -> None:
-    """19.3.4: with OVER8 the fraction has three bits and a bit is eighths of USARTDIV."""
+    """19.3.4: with OVER8 the fraction has three bits, and a bit has eighths of USARTDIV."""
     bench = started(brr=brr, cr1=cr1)
     assert frame_ps(bench) == 10 * ticks * PS_PER_S // 84_000_000
     assert ("baud-rate" in bench.chip.problems()) is (ticks == 0x222E)
@@ -225,7 +225,7 @@ def test_rate_change_applies_to_second_text() -> None:
 
 
 def test_baud_rate_follows_peripheral_clock() -> None:
-    """A firmware whose PLL never started runs from HSI at 16 MHz, with a BRR for 84."""
+    """If the PLL does not start, firmware runs from HSI at 16 MHz, with a BRR for 84 MHz."""
     bench = started()
     bench.clocks.set(pclk2_hz=16_000_000)
     assert frame_ps(bench) == 10 * 729 * PS_PER_S // 16_000_000
@@ -255,7 +255,7 @@ def test_missing_kernel_clock_sends_nothing() -> None:
 
 
 def test_long_text_without_pause_arrives_whole() -> None:
-    """Longer than what is kept in C before it is handed over."""
+    """The text is longer than the buffer in C."""
     bench = started()
     text = bytes(32 + number % 90 for number in range(1000))
     transmit(bench, text)
@@ -326,7 +326,7 @@ def test_debugger_peek_keeps_unread_byte() -> None:
 
 
 def test_unread_byte_is_kept_and_next_lost() -> None:
-    """19.3.3, overrun: DR keeps the old byte; ORE is cleared by SR, then DR."""
+    """19.3.3, overrun: DR keeps the old byte. Reading SR, then DR, clears ORE."""
     bench = started()
     bench.uart.type(b"xyz")
     bench.wait(PS_PER_MS)
@@ -360,7 +360,7 @@ def test_receiver_that_is_off_hears_nothing() -> None:
 
 
 def test_bytes_before_rate_is_set_are_lost() -> None:
-    """The terminal sends at its own rate, whatever the chip does."""
+    """The terminal sends at a constant rate, which does not depend on the chip."""
     bench = Bench()
     bench.uart.type(b"early")
     bench.wait(PS_PER_MS)
@@ -386,7 +386,7 @@ def test_receive_interrupt_takes_every_byte() -> None:
 
 
 def test_idle_line_ends_reception_by_dma() -> None:
-    """IDLE comes one frame after the last stop bit; DMA2 stream 2 channel 4 takes the bytes."""
+    """IDLE is set one frame after the last stop bit. DMA2 stream 2 channel 4 reads the bytes."""
     bench = started()
     stream = 0x10 + 0x18 * 2
     for offset, value in [(4, 64), (8, 0x4001_1004), (12, RAM)]:

@@ -1,4 +1,4 @@
-"""Logged values: a log never changes the run, and contains what the program computes."""
+"""Logged values: a log does not change the run, and has the values that the program computes."""
 
 from __future__ import annotations
 

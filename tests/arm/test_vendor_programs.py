@@ -1,4 +1,4 @@
-"""The programs in the vendor's calling style: the kept files are what the sources give, and do their work."""
+"""Programs in the vendor's calling style: the files are current builds, and the programs work."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def board(name: str, wiring: str = "lab3") -> Board:
 
 @pytest.fixture(scope="module")
 def rebuilt(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """All of them, built from copies of the sources somewhere else on this machine."""
+    """Build all programs from copies of the sources in another folder."""
     root = tmp_path_factory.mktemp("sources")
     shutil.copytree(arm.sources() / "support", root / "firmware_model" / "arm" / "support")
     folder = root / "tests" / "arm" / "vendor"
@@ -106,7 +106,7 @@ def test_threads_read_compute_and_print() -> None:
 
 
 def test_interrupts_come_at_timer_rate() -> None:
-    """TIM10 every 737 us, TIM11 every 911 us, TIM4 ten flags in 998 us; bytes by DMA in each lap."""
+    """TIM10 comes every 737 us, TIM11 every 911 us, TIM4 with ten flags in 998 us. Each pass also copies by DMA."""
     one = board("events")
     one.run_for(0.07)
     lines = one.terminal.text.splitlines()[:3]

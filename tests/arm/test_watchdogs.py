@@ -1,4 +1,4 @@
-"""IWDG and WWDG: a hung firmware is reset (RM0368 sections 15 and 16)."""
+"""IWDG and WWDG reset firmware that hangs (RM0368 sections 15 and 16)."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def wwdg(chip: Chip) -> Wwdg:
 
 @given(st.integers(0, 7), st.integers(0, 0xFFF))
 def test_time_out(prescaler: int, reload: int) -> None:
-    """RM0368 table of IWDG time-outs: (RLR + 1) * 4 * 2^PR / 32 kHz, 4 to 256."""
+    """RM0368 table of IWDG time-outs: (RLR + 1) * 4 * 2^PR / 32 kHz, with a divider of 4 to 256."""
     chip = Chip()
     dog = iwdg(chip)
     for offset, value in ((KR, UNLOCK), (PR, prescaler), (RLR, reload), (KR, START)):
@@ -52,7 +52,7 @@ def test_shortest_and_longest_time_out() -> None:
 
 @given(st.lists(st.integers(1, 511), min_size=1, max_size=20))
 def test_reload_in_time_prevents_reset(waits_ms: list[int]) -> None:
-    """512 ms with the reset values."""
+    """The reset values give 512 ms."""
     chip = Chip()
     dog = iwdg(chip)
     dog.write(KR, START)
@@ -67,7 +67,7 @@ def test_reload_in_time_prevents_reset(waits_ms: list[int]) -> None:
 
 @given(st.integers(0, 6), st.integers(0, 300), st.integers(0, 10**12))
 def test_reload_within_count_changes_nothing(prescaler: int, reload: int, wait_ps: int) -> None:
-    """The prescaler runs on, so that all reloads before its next count end at the same time."""
+    """The prescaler continues, so that all reloads before its next count have the same time-out."""
     resets = []
     for again in (False, True):
         chip = Chip()
@@ -87,7 +87,7 @@ def test_reload_within_count_changes_nothing(prescaler: int, reload: int, wait_p
 
 
 def test_shorter_timeout_applies_at_reload() -> None:
-    """ST's HAL starts the watchdog first and sets it up after."""
+    """ST's HAL starts the watchdog first and then sets it up."""
     chip = Chip()
     dog = iwdg(chip)
     for offset, value in ((KR, START), (KR, UNLOCK), (PR, 0), (RLR, 7), (KR, RELOAD)):
@@ -104,7 +104,7 @@ def test_unstarted_watchdog_never_resets() -> None:
 
 
 def test_settings_are_protected() -> None:
-    """RM0368 15.3.2: any other key closes the registers again."""
+    """RM0368 15.3.2: any other key protects the registers again."""
     chip = Chip()
     dog = iwdg(chip)
     dog.write(RLR, 5)
@@ -140,7 +140,7 @@ def test_window_watchdog_resets_after_0x40(divider: int, counter: int) -> None:
 
 
 def test_early_wake_up_interrupt() -> None:
-    """RM0368 16.4: at 0x40, number 0; SR clears by 0."""
+    """RM0368 16.4: the interrupt comes at 0x40 with number 0. Writing 0 clears SR."""
     chip = Chip()
     dog = wwdg(chip)
     dog.write(CFR, 0x7F | EWI)
@@ -157,7 +157,7 @@ def test_early_wake_up_interrupt() -> None:
 
 
 def test_early_wake_up_returns_after_flag_clear() -> None:
-    """The handler may reload first and clear the flag after, or the other way round."""
+    """The handler may first reload and then clear the flag, or in the other order."""
     chip = Chip()
     dog = wwdg(chip)
     dog.write(CFR, 0x7F | EWI)
@@ -175,7 +175,7 @@ def test_early_wake_up_returns_after_flag_clear() -> None:
 
 
 def test_reload_before_window_resets() -> None:
-    """RM0368 16.4: T above W."""
+    """RM0368 16.4: T is above W."""
     chip = Chip()
     dog = wwdg(chip)
     dog.write(CFR, 0x50)

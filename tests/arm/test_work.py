@@ -1,4 +1,4 @@
-"""Firmware that costs the emulator most: its slow paths call little Python, and a limit on work ends it."""
+"""Firmware with the highest cost for the emulator: its slow paths call few Python functions, and a limit ends it."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ from tests.support.words import Words
 
 PROGRAMS = all_programs()
 BEGUN_PS = PS_PER_MS // 2
-"""When the PLL runs and the loop has begun."""
+"""Time at which the PLL runs and the loop has begun."""
 LOW = 8_000_000
-"""A limit that is exceeded within some milliseconds."""
+"""A limit that is exceeded within a few milliseconds."""
 ONE_RUN = 5_000_000
-"""By how much it may be exceeded: code that changes is counted at the end of a run of instructions."""
+"""Amount by which the limit may be exceeded, because changing code is counted at the end of a run of instructions."""
 
 
 def calls_of(action: Callable[[], None]) -> int:
-    """How many Python functions are called."""
+    """Return the number of Python functions that are called."""
     count = 0
 
     def heard(_frame: FrameType, event: str, _argument: object) -> None:
@@ -53,7 +53,7 @@ def calls_of(action: Callable[[], None]) -> int:
 
 
 def calls_for_an_access(name: str, folder: Path) -> float:
-    """Python functions called for each access, in 0.05 ms after the loop has begun."""
+    """Return the Python functions called for each access, in 0.05 ms after the loop has begun."""
     board = board_with(PROGRAMS[name], folder)
     assert board.chip is not None
     board.chip.limits = replace(Limits(), work_per_s=10**12)
@@ -88,7 +88,7 @@ def test_polled_register_calls_python_once(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", [name for name in PROGRAMS if name.startswith(("GPIO", "bit-band: GPIO"))])
 def test_pins_are_set_up_and_toggled_without_python(name: str, tmp_path: Path) -> None:
-    """But for those that a sensor listens to, its chip select."""
+    """Exceptions are pins to which a sensor is connected, such as chip selects."""
     sensors = {"GPIO: sixteen pins of port B toggle", "GPIO: MODER of sixteen pins"}
 
     assert calls_for_an_access(name, tmp_path) < (20 if name in sensors else 0.05)
@@ -96,12 +96,12 @@ def test_pins_are_set_up_and_toggled_without_python(name: str, tmp_path: Path) -
 
 @pytest.mark.parametrize("name", [name for name in PROGRAMS if name.startswith("RCC")])
 def test_change_of_clocks_calls_few_functions(name: str, tmp_path: Path) -> None:
-    """Those of all blocks that a change of frequency reaches included."""
+    """This includes the calls of all peripherals that a change of frequency affects."""
     assert calls_for_an_access(name, tmp_path) < 35
 
 
 def test_edges_are_in_trace_when_read(tmp_path: Path) -> None:
-    """The latest of them, in order; the others are counted."""
+    """The latest edges are kept in order; the others are only counted."""
     board = board_with(PROGRAMS["GPIO: one output toggles by ODR"], tmp_path)
 
     board.run_for(0.02)
@@ -130,7 +130,7 @@ def test_edges_reach_subscriber_when_they_happen(tmp_path: Path) -> None:
 
 
 def test_python_register_is_read_again_after_write(tmp_path: Path) -> None:
-    """The latest value of PWR_CR, however often it was polled before."""
+    """The read returns the latest value of PWR_CR, for any number of polls before."""
     source = "reset:\n" + put("RCC_APB1ENR", 1 << 28) + "mov32 r0, 0x40007000\nmov32 r4, RAM\n"
     for value in (0x100, 0x000, 0x110):
         source += f"mov32 r1, {value}\nstr r1, [r0]\n" + "ldr r2, [r0]\n" * 8 + "str r2, [r4]\nadds r4, #4\n"
@@ -142,7 +142,7 @@ def test_python_register_is_read_again_after_write(tmp_path: Path) -> None:
 
 
 def test_block_without_clock_is_noted_after_missing_register(tmp_path: Path) -> None:
-    """The same address is without register while CRC has a clock, and without clock later."""
+    """The same address has no register while CRC has a clock, and later CRC has no clock."""
     access = "mov32 r0, 0x40023080\n" + "ldr r1, [r0]\nstr r1, [r0]\n" * 3
     source = f"reset:\n{put('RCC_AHB1ENR', 1 << 12)}{access}{put('RCC_AHB1ENR', 0)}{access}b ."
     board = board_with(program(source), tmp_path)
@@ -285,7 +285,7 @@ def verdict_of(name: str, folder: Path) -> Verdict:
 
 @pytest.mark.parametrize("name", ["RCC: HPRE flips", "unmapped: bus fault", "timers: interrupt storm"])
 def test_too_slow_program_gets_final_verdict(name: str, tmp_path: Path) -> None:
-    """A verdict that counts: the store keeps it, and the next try would end at the same instruction."""
+    """The verdict is final: the store keeps it, because the next run would end at the same instruction."""
     verdict = verdict_of(name, tmp_path)
     (check,) = verdict.checks
 

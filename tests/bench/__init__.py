@@ -1,1 +1,1 @@
-"""Benchmarks: ``python -m tests.bench`` prints the table. Figures are printed, never asserted."""
+"""Benchmarks: ``python -m tests.bench`` prints the table. The figures are only printed, not asserted."""

@@ -24,13 +24,13 @@ from tests.bench.row import Row
 
 
 def say(line: str) -> None:
-    """A line of the table, at once."""
+    """Print a line of the table at once."""
     sys.stdout.write(f"{line}\n")
     sys.stdout.flush()
 
 
 def table(rows: list[Row]) -> list[dict[str, object]]:
-    """Measure and print; gives the figures."""
+    """Measure and print the rows; return the figures."""
     say(f"{'what':<52} {'measured':>12}   wanted")
     figures: list[dict[str, object]] = []
     for row in rows:

@@ -1,4 +1,4 @@
-"""The chip's rows of the speed table. Each asserts what was computed before it gives a figure."""
+"""The rows of the speed table for the chip. Each asserts its results before it returns a figure."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _BOOT_S = 1.1  # TIM9 runs then
 
 
 def _ticking(board: Board) -> float:
-    """Virtual over CPU time of a board that has booted; no tick may be late or lost."""
+    """Return virtual over CPU time of a board that has booted. A late or lost tick is an error."""
     board.run_for(_BOOT_S)
     ticks = board.tim9.ticks
     figure, seconds = factor(board)
@@ -30,7 +30,7 @@ def _ticking(board: Board) -> float:
 
 
 def solution(wiring: str) -> float:
-    """The shipped solution at its desk."""
+    """Return the speed of the shipped solution in the scenario desk."""
     board = Board(firmware="solution", wiring=wiring, scenario="desk")
     figure = _ticking(board)
     assert "LAB3 Init..." in board.terminal.text, board.terminal.text[:300]
@@ -39,7 +39,7 @@ def solution(wiring: str) -> float:
 
 
 def solution_traced() -> float:
-    """Likewise on I2C2, every event written to a file."""
+    """Return the speed of the solution on I2C2, with every event written to a file."""
     board = Board(firmware="solution", wiring="lab3", scenario="desk")
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "trace.jsonl"
@@ -53,7 +53,7 @@ def solution_traced() -> float:
 
 
 def lab3(way: str) -> float:
-    """LAB3 in the vendor's calling style on I2C2."""
+    """Return the speed of LAB3 in the vendor's calling style on I2C2."""
     board = Board(firmware=vendor.file(f"lab3_i2c_{way}"), wiring="lab3", ideal=True)
     figure = _ticking(board)
     blocks = board.terminal.text.split("*****")
@@ -65,7 +65,7 @@ def lab3(way: str) -> float:
 
 
 def flight() -> float:
-    """Six messages on SPI2, eight PWM channels and a radio that does not answer, each tick."""
+    """Return the speed with six messages on SPI2, eight PWM channels and a radio that does not answer, in each tick."""
     board = Board(firmware=vendor.file("flight"), wiring="fcu001v1", ideal=True)
     figure = _ticking(board)
     text = board.terminal.text
@@ -77,7 +77,7 @@ def flight() -> float:
 
 
 def all_blocks() -> float:
-    """Waiting for something in more than a hundred registers, one after the other."""
+    """Return the speed of waiting for a value in more than a hundred registers, one after the other."""
     board = Board(firmware=vendor.file("all_blocks"))
     board.run_for(0.05)
     figure, _ = factor(board, 0.05)
@@ -87,7 +87,7 @@ def all_blocks() -> float:
 
 
 def threads() -> float:
-    """A small kernel's threads."""
+    """Return the speed of threads in a small kernel."""
     board = Board(firmware=vendor.file("threads"), ideal=True)
     board.run_for(0.1)
     figure, _ = factor(board)
@@ -97,7 +97,7 @@ def threads() -> float:
 
 
 def _chip(source: str, seconds: float = 0.2) -> tuple[Board, float, int, int]:
-    """A program in assembly: board, virtual over CPU time, instructions a virtual second, R4."""
+    """Run a program in assembly; return board, virtual over CPU time, instructions per virtual second, R4."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "program.bin"
         file.write_bytes(program(source))
@@ -111,7 +111,7 @@ def _chip(source: str, seconds: float = 0.2) -> tuple[Board, float, int, int]:
 
 
 def polling() -> float:
-    """A main loop that polls a pin and never repeats itself, against 84 MHz."""
+    """Return the speed of a main loop that polls a pin and never repeats itself, at 84 MHz."""
     _, figure, rate, laps = _chip(POLLS_A_PIN)
     assert abs(rate * 1.3 - _HSI_HZ) < 100, rate
     assert laps > 1_000_000, laps
@@ -119,21 +119,21 @@ def polling() -> float:
 
 
 def button() -> float:
-    """A main loop that shows a pin on a LED, against 84 MHz."""
+    """Return the speed of a main loop that shows a pin on a LED, at 84 MHz."""
     board, figure, _, _ = _chip(SHOWS_A_PIN, 0.01)
     assert board.led1.on
     return figure / _NOMINAL
 
 
 def arithmetic() -> float:
-    """Million instructions a CPU second without loads and stores."""
+    """Return million instructions per CPU second, without loads and stores."""
     _, figure, rate, laps = _chip(ARITHMETIC)
     assert laps > 1_000_000, laps
     return rate * figure / 1e6
 
 
 def rows() -> list[Row]:
-    """The chip's rows."""
+    """Return the rows of the chip."""
     return [
         Row("solution on I2C2", lambda: solution("lab3"), "x", 2, 12, 20),
         Row("solution on SPI2", lambda: solution("fcu001v1"), "x", 2, 8, 16),

@@ -1,4 +1,4 @@
-"""Which build a table of figures belongs to."""
+"""Description of the build to which a table of figures belongs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _SOURCES = runpy.run_path(str(Path(__file__).parents[2] / "building" / "namespac
 
 
 def describe() -> dict[str, str]:
-    """Sources and compiler of the C library, commit, Python and machine, as far as each is known."""
+    """Return sources and compiler of the C library, commit, Python and machine, as far as each is known."""
     library = _library()
     return {
         "commit": commit(Path(emulator.__file__).parents[1]),
@@ -33,9 +33,9 @@ def _library() -> str:
 
 
 def commit(folder: Path) -> str:
-    """Return the commit of the repository at ``folder``, with a mark if sources of the build were changed since.
+    """Return the commit of the repository at ``folder``, with a mark if sources of the build have changed since.
 
-    "unknown" if ``folder`` is not the top of a repository: an installed package may lie in a clone.
+    Return "unknown" if ``folder`` is not the top of a repository: an installed package may be inside a clone.
     """
     place, name = _git(folder, "rev-parse", "--show-toplevel"), _git(folder, "rev-parse", "--short", "HEAD")
     changes = _git(folder, "status", "--porcelain", "--untracked-files", "--", *_SOURCES)
@@ -45,7 +45,7 @@ def commit(folder: Path) -> str:
 
 
 def _git(folder: Path, *command: str) -> str | None:
-    """Return what git prints; None if it fails or is not installed."""
+    """Return the output of git, or None if git fails or is not installed."""
     try:
         done = subprocess.run(["git", "-C", folder, *command], capture_output=True, text=True, check=False)
     except OSError:

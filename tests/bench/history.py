@@ -28,7 +28,7 @@ _DOTS = "▁▂▃▄▅▆▇█"
 
 
 class Point(NamedTuple):
-    """A figure of the table, and when it was measured."""
+    """A figure of the table, and the time of its measurement."""
 
     date: str
     commit: str
@@ -36,12 +36,12 @@ class Point(NamedTuple):
 
 
 def load() -> float:
-    """Processes that wanted a core in the last minute, for each core; 0 where the system does not say."""
+    """Return the number of processes per core that needed a core in the last minute; 0 if the system does not tell."""
     return os.getloadavg()[0] / (os.cpu_count() or 1) if hasattr(os, "getloadavg") else 0.0
 
 
 def append(build: dict[str, str], figures: list[dict[str, Any]], busy: float, file: Path = FILE) -> None:
-    """Add a table. ``busy`` is the load that there was before it was measured."""
+    """Append a table. ``busy`` is the load before the measurement."""
     date = dt.datetime.now(dt.UTC).strftime("%Y-%m-%d %H:%M")
     rows = {figure["name"]: [round(figure["value"], 4), figure["unit"]] for figure in figures}
     with file.open("a", encoding="utf-8") as lines:
@@ -49,7 +49,7 @@ def append(build: dict[str, str], figures: list[dict[str, Any]], busy: float, fi
 
 
 def curves(file: Path = FILE, pattern: str = "") -> dict[tuple[str, str, str], list[Point]]:
-    """By machine, row and unit: the points in the order in which they were measured, quiet ones only."""
+    """Return the points by machine, row and unit, in the order of measurement, without those on a busy machine."""
     found: dict[tuple[str, str, str], list[Point]] = defaultdict(list)
     for line in file.read_text(encoding="utf-8").splitlines() if file.exists() else []:
         table = json.loads(line)
@@ -62,13 +62,13 @@ def curves(file: Path = FILE, pattern: str = "") -> dict[tuple[str, str, str], l
 
 
 def dots(values: list[float]) -> str:
-    """A line of blocks, as high as the values, from the smallest to the largest."""
+    """Return a line of block characters, whose heights are the values from the smallest to the largest."""
     low, high = min(values), max(values)
     return "".join(_DOTS[round((value - low) / ((high - low) or 1) * (len(_DOTS) - 1))] for value in values)
 
 
 def lines(found: dict[tuple[str, str, str], list[Point]]) -> Iterator[str]:
-    """The table of all curves: first and last value, and what was between."""
+    """Return the table of all curves: first and last value, and the curve between them."""
     machine = None
     for (where, name, unit), points in sorted(found.items()):
         if where != machine:
@@ -79,7 +79,7 @@ def lines(found: dict[tuple[str, str, str], list[Point]]) -> Iterator[str]:
 
 
 def plot(found: dict[tuple[str, str, str], list[Point]], file: Path) -> None:
-    """A picture with one small diagram for each row."""
+    """Draw a picture with a small diagram for each row."""
     import matplotlib as mpl
 
     mpl.use("svg")

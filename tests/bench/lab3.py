@@ -1,4 +1,4 @@
-"""The rows of the firmware in Python: its speed, what a burst costs, and that a long run costs no more."""
+"""The rows of the firmware in Python: its speed, the cost of a burst, and the constant cost of a long run."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _TRANSFERS_A_TICK = 4
 
 
 def run_board(seconds: float, *, ideal: bool, trace: Path | None = None) -> tuple[Board, float]:
-    """A board run for so long, and the CPU seconds it took after the first virtual second and a half."""
+    """Run a board for this time; return it, and the CPU seconds after the first 1.5 virtual seconds."""
     board = Board(firmware="lab3", ideal=ideal)
     board.run_for(1.5)  # boot: no ticks yet, and the first blocks of samples
     ticks = board.tim9.ticks
@@ -33,12 +33,12 @@ def run_board(seconds: float, *, ideal: bool, trace: Path | None = None) -> tupl
 
 
 def speed(*, ideal: bool) -> float:
-    """Virtual over CPU time, the best of five."""
+    """Return virtual over CPU time, the best of five."""
     return max(20 / run_board(20, ideal=ideal)[1] for _ in range(5))
 
 
 def traced() -> float:
-    """Likewise, with every event written to a file."""
+    """Return the same with every event written to a file."""
     seconds = 10
 
     def once() -> float:
@@ -55,7 +55,7 @@ def traced() -> float:
 
 
 def burst_us() -> float:
-    """CPU microseconds of one six-register burst of old data through bus and target."""
+    """Return CPU microseconds of one six-register burst of old data through bus and target."""
     board = Board(ideal=True)
     board.i2c2.write(0x6B, b"\x10\xa8")
     board.run_for(0.1)
@@ -70,13 +70,13 @@ def burst_us() -> float:
 
 
 def linearity() -> float:
-    """CPU time of a virtual second in a long run, relative to one in a short run."""
+    """Return the CPU time of a virtual second in a long run, relative to that in a short run."""
     short = min(run_board(10, ideal=True)[1] for _ in range(3)) / 10
     return run_board(600, ideal=True)[1] / 600 / short
 
 
 def hour() -> dict[str, float]:
-    """An hour in a process of its own: factor, exact tick count, peak memory."""
+    """Run an hour in a separate process; return factor, exact tick count, peak memory."""
     script = (
         PEAK_MB + "import json,time\n"
         "from fcu_emulator.emulator import Board\n"
@@ -95,7 +95,7 @@ def hour() -> dict[str, float]:
 
 
 def rows() -> list[Row]:
-    """All but the hour."""
+    """Return all rows except the hour."""
     return [
         Row("lab3, every register read, ideal sensors", lambda: speed(ideal=True), "x", 0, 120, 165),
         Row("lab3, every register read, typical noise", lambda: speed(ideal=False), "x", 0, 110),
@@ -106,7 +106,7 @@ def rows() -> list[Row]:
 
 
 def hour_rows() -> list[Row]:
-    """The hour is run once for both."""
+    """Return the rows of the hour, which is run once for both."""
     found: dict[str, float] = {}
 
     def of(name: str) -> float:

@@ -1,4 +1,4 @@
-"""A row of the speed table, and how CPU time is measured."""
+"""A row of the speed table, and the measurement of CPU time."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def peak_mb():
         return 0
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 """
-"""Python source of a function that gives the peak memory of its process; 0 where the system does not say."""
+"""Python source of a function that returns the peak memory of its process, or 0 if the system does not tell it."""
 
 _LONG_ENOUGH_S = 0.15
 _LONGEST_S = 2.0
@@ -29,9 +29,9 @@ TIMES = 5
 
 @dataclass(frozen=True)
 class Row:
-    """``measure()`` asserts what was computed and gives the figure, in ``unit``, shown with so many digits.
+    """A row: ``measure()`` asserts its results and returns the figure in ``unit``, which is shown with ``digits``.
 
-    ``at_least`` and ``aim`` are what is wanted; for figures of which less is better, at most that.
+    ``at_least`` and ``aim`` are the required and the desired figure. If less is better, they are maxima.
     """
 
     name: str
@@ -44,7 +44,7 @@ class Row:
 
     @property
     def wanted(self) -> str:
-        """The last column."""
+        """Return the text of the last column."""
         words = [] if self.at_least is None else [f"{self.at_least:g} {self.unit}"]
         if self.aim is not None:
             words.append(f"aim {self.aim:g} {self.unit}")
@@ -52,16 +52,16 @@ class Row:
 
 
 def cpu_s(work: Callable[[], object]) -> float:
-    """CPU seconds of this process for that."""
+    """Return the CPU seconds of this process for an action."""
     started = time.process_time()
     work()
     return time.process_time() - started
 
 
 def factor(board: Board, seconds: float = 0.1) -> tuple[float, float]:
-    """Virtual over CPU time, the best of five, and the virtual seconds it took in all.
+    """Return virtual over CPU time, the best of five, and the total virtual seconds.
 
-    From ``seconds`` on the time is doubled until a measurement is long enough for the clock.
+    The time is doubled from ``seconds`` until a measurement is long enough for the clock.
     """
 
     def run_for(one_s: float) -> float:

@@ -1,4 +1,4 @@
-"""The rows of starting: commands, the first byte, the next board, memory, restoring a snapshot."""
+"""The rows about starting: commands, the first byte, the next board, memory, restoring a snapshot."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FIRST_LINE = "STEVAL-FCU001V1 FH rev.1.0 - Sep 2017"
 
 @contextmanager
 def _compiled_once() -> Iterator[dict[str, str]]:
-    """An environment in which Python keeps compiled modules, as after an installation."""
+    """Return an environment in which Python keeps compiled modules, as after an installation."""
     with tempfile.TemporaryDirectory() as cache:
         environment = {**os.environ, "PYTHONPYCACHEPREFIX": cache}
         environment.pop("PYTHONDONTWRITEBYTECODE", None)
@@ -32,7 +32,7 @@ def _compiled_once() -> Iterator[dict[str, str]]:
 
 
 def _childrens_cpu_s() -> float:
-    """CPU time of ended child processes; where the system does not tell, the time on the wall."""
+    """Return the CPU time of ended child processes, or the wall time if the system does not tell it."""
     if resource is None:
         return time.perf_counter()
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -40,7 +40,7 @@ def _childrens_cpu_s() -> float:
 
 
 def command(expected: str, *arguments: str, times: int = TIMES) -> float:
-    """CPU seconds of an ``fcu`` command that prints ``expected`` first, from start to end; the best."""
+    """Return the CPU seconds of an ``fcu`` command that prints ``expected`` first, the best of several runs."""
     with _compiled_once() as environment:
 
         def once() -> float:
@@ -59,14 +59,14 @@ def command(expected: str, *arguments: str, times: int = TIMES) -> float:
 
 
 def check() -> float:
-    """CPU seconds of the lab's whole rubric for the solution, 119 s of virtual time; of one."""
+    """Return the CPU seconds of the lab's whole rubric for the solution, 119 s of virtual time; of one run."""
     return command("LAB3: pitch, roll, yaw", "check", "solution", times=1)
 
 
 def first_byte() -> float:
-    """CPU seconds of ``fcu run solution`` until its first byte has come; best of five.
+    """Return the CPU seconds of ``fcu run solution`` until its first byte arrives; best of five.
 
-    Then the program is killed: what it does afterwards, its summary among it, is not what a user waits for.
+    Then the program is killed, because a user does not wait for later work such as the summary.
     """
     with _compiled_once() as environment:
 
@@ -86,7 +86,7 @@ def first_byte() -> float:
 
 
 def next_board() -> float:
-    """CPU milliseconds of another board with the solution, when one has been made before."""
+    """Return the CPU milliseconds for another board with the solution, after one has been created."""
 
     def prints_as_the_first(board: Board) -> None:
         board.run_for(0.006)
@@ -101,7 +101,7 @@ def next_board() -> float:
 
 
 def memory() -> float:
-    """Peak megabytes of a process after two virtual seconds of the solution."""
+    """Return the peak megabytes of a process after two virtual seconds of the solution."""
     script = (
         PEAK_MB + "import json\n"
         "from fcu_emulator.emulator import Board\n"
@@ -116,7 +116,10 @@ def memory() -> float:
 
 
 def restores() -> float:
-    """Restores a CPU second of a board with the solution; each goes on as the board that was kept."""
+    """Return the number of restores in a CPU second for a board with the solution.
+
+    Each must continue like the original.
+    """
     board = Board(firmware="solution")
     board.run_for(1.2)
     kept = board.snapshot()  # type: ignore[attr-defined]
@@ -133,7 +136,7 @@ def restores() -> float:
 
 
 def rows() -> list[Row]:
-    """Restoring is measured where a board can do it."""
+    """Return the rows. Restoring is measured if a board supports it."""
     run = ("run", "--duration", "1s", "--speed", "max")
     found = [
         Row("fcu --help", lambda: command("Usage: fcu", "--help"), "s", 2, 0.3, less_is_better=True),

@@ -1,8 +1,8 @@
-"""A class of 78 attackers and a few honest students: nobody's points depend on the others.
+"""A class of 78 attackers and a few honest students, whose points must not depend on the attackers.
 
-``python -m tests.campaigns.class_of_attackers OUT`` grades the honest students alone, then with the attackers,
-by LAB3's rubric, into the folder OUT. It prints a line for each attacker and the time, and ends with 1 if an
-honest student's points have changed, or a submission is missing.
+``python -m tests.campaigns.class_of_attackers OUT`` grades the honest students alone, then with the attackers, by
+LAB3's rubric, into the folder OUT. It prints a line for each attacker and the time. The exit code is 1 if the points
+of an honest student have changed, or a submission is missing.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from tests.support.arm.mutations import ANYWHERE, OF_ELF, mutated
 ATTACKERS = 78
 _HONEST = "honest"
 Write = Callable[[Path], None]
-"""Writes a submission; the path is without a suffix."""
+"""Function that writes a submission; the path is without a suffix."""
 
 
 def honest(folder: Path) -> None:
-    """The shipped programs, as files and as source."""
+    """Write the shipped programs as files and as source."""
     for name in ("solution", "template"):
         shutil.copyfile(prebuilt(name), folder / f"{_HONEST}-{name}.elf")
         shutil.copytree(sources() / name, folder / f"{_HONEST}-{name}-source")
@@ -134,12 +134,12 @@ KINDS: dict[str, Write] = {
 
 
 def _attacker(number: int) -> str:
-    """The name of an attacker's entry, which says nothing."""
+    """Return the name of an attacker's entry, which has no meaning."""
     return f"attacker-{number:02}"
 
 
 def attackers(folder: Path) -> Iterator[str]:
-    """Write 78 hostile submissions into ``folder``; what each does."""
+    """Write 78 hostile submissions into ``folder``; return the attack of each."""
     write_hostile(folder)
     yield from (path.stem for path in sorted(folder.iterdir()))
     for number, (what, write) in enumerate(KINDS.items()):
@@ -155,13 +155,13 @@ def attackers(folder: Path) -> Iterator[str]:
 
 
 def grade(folder: Path, out: Path, salt: Path) -> tuple[int, GradedClass]:
-    """The exit code and the class."""
+    """Return the exit code and the graded class."""
     code = execute(["grade", str(folder), "--rubric", "lab3", "--out", str(out), "--salt", str(salt)])
     return int(code), GradedClass.from_json((out / "grade.json").read_bytes())
 
 
 def main(out: Path) -> int:
-    """Grade both classes and compare; 1 if an honest student lost or won anything."""
+    """Grade both classes and compare them; return 1 if an honest student has lost or gained points."""
     with TemporaryDirectory() as scratch:
         alone, together = Path(scratch) / "alone", Path(scratch) / "together"
         alone.mkdir()
@@ -187,7 +187,7 @@ def main(out: Path) -> int:
 
 
 def _points(whole: GradedClass) -> dict[str, float | None]:
-    """Of the honest students."""
+    """Return the points of the honest students."""
     ours: list[Graded] = [one for one in whole.submissions if one.id.startswith(_HONEST)]
     return {one.id: one.points for one in ours}
 

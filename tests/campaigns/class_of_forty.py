@@ -1,10 +1,10 @@
-"""A made-up class, graded as a teacher grades one: from the files that were handed in to the table of points.
+"""An artificial class, which is graded like a real class: from the submitted files to the table of points.
 
-The programs of :mod:`tests.support.arm.graded_programs` (the exercises one after the other, right variants, typical
-mistakes, constants), and what else comes in: hostile programs and archives, no program, two of them.
+It has the programs of :mod:`tests.support.arm.graded_programs` (the exercises one after the other, correct variants,
+typical mistakes, constants), and other submissions: hostile programs and archives, no program, two programs.
 
-``python -m tests.campaigns.class_of_forty OUT [NAME ...]`` grades them all, or these, into the folder OUT,
-prints the table, and says who does not get what he or she should.
+``python -m tests.campaigns.class_of_forty OUT [NAME ...]`` grades all of them, or the named ones, into the folder
+OUT, prints the table, and lists the students with unexpected points.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ SOURCES = {
     "spins for ever": (_IN_MAIN, "for (volatile int i = 0;; i++) { }\n"),
     "resets for ever": (_IN_MAIN, "*(volatile uint32_t *)0xE000ED0C = 0x05FA0004;\n"),
 }
-"""What is changed in the right program, by what comes of it."""
+"""Changes of the correct program, by their result."""
 JUDGED = {
     "writes markup and escape sequences": 20.0,
     "floods the terminal": 1.0,
@@ -41,7 +41,7 @@ JUDGED = {
     "spins for ever": 1.0,
     "resets for ever": 0.0,
 }
-"""Points of those that are judged. One that floods or spins runs on, which is worth a point."""
+"""Points of the programs that are judged. A program that floods or loops continues to run, which gives one point."""
 REJECTED = {
     "does not compile": "does not compile",
     "includes a file of the grader's": "No such file",
@@ -53,11 +53,11 @@ REJECTED = {
     "wrong chip": "x86-64",
     "no program but a text": "is a text",
 }
-"""What the reason of those says that are not."""
+"""Reasons for the programs that are not judged."""
 
 
 def write_hostile(folder: Path) -> None:
-    """An entry for each of :data:`JUDGED` and :data:`REJECTED`, by its name."""
+    """Write an entry for each of :data:`JUDGED` and :data:`REJECTED`, with its name."""
     right = (student_programs.FOLDER / "student" / "main.c").read_text(encoding="utf-8")
     for name, (old, new) in SOURCES.items():
         assert right.count(old) == 1, old
@@ -79,21 +79,21 @@ def write_hostile(folder: Path) -> None:
 
 
 def archive(path: Path, files: Mapping[str | zipfile.ZipInfo, bytes]) -> None:
-    """A zip file with these files."""
+    """Return a zip file with these files."""
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as target:
         for name, data in files.items():
             target.writestr(name, data)
 
 
 def grade(folder: Path, out: Path, rubric: str = "lab3") -> GradedClass:
-    """What ``fcu grade`` says about the submissions in ``folder``."""
+    """Return the result of ``fcu grade`` for the submissions in ``folder``."""
     code = execute(["grade", str(folder), "--rubric", rubric, "--out", str(out)])
     assert code == 0, code
     return GradedClass.from_json((out / "grade.json").read_bytes())
 
 
 def wrong(one: Graded, loses: Mapping[str, tuple[str, ...]]) -> str:
-    """How a grade is not what it should be; "" when it is."""
+    """Return the difference of a grade from the expected one, or ""."""
     name = one.id
     if name in REJECTED:
         fits = one.status == "rejected" and one.points is None and REJECTED[name] in one.reason
@@ -105,13 +105,13 @@ def wrong(one: Graded, loses: Mapping[str, tuple[str, ...]]) -> str:
 
 
 def lost(one: Graded) -> tuple[str, ...]:
-    """The checks that did not give all their points."""
+    """Return the checks that did not give all their points."""
     checks = one.verdict.checks if one.verdict else ()
     return tuple(check.check for check in checks if check.points < check.max_points)
 
 
 def table(whole: GradedClass, loses: Mapping[str, tuple[str, ...]]) -> Iterator[str]:
-    """A line for each program, and one more for each that did not get what it should."""
+    """Yield a line for each program, and another line for each with unexpected points."""
     for one in whole.submissions:
         points = "-" if one.points is None else f"{one.points:g}"
         yield f"{one.id:<36} {points:>5}  {one.reason or ' '.join(lost(one))}"
@@ -120,7 +120,7 @@ def table(whole: GradedClass, loses: Mapping[str, tuple[str, ...]]) -> Iterator[
 
 
 def main(out: Path, names: list[str]) -> int:
-    """Write the class, grade it, print the table; how many did not get what they should."""
+    """Write the class, grade it, print the table; return the number of unexpected results."""
     from tests.support.arm import graded_programs
 
     loses = {}

@@ -1,10 +1,10 @@
-"""A class of forty in the layouts in which classes come, each graded, each file accounted for.
+"""A class of forty in all layouts in which classes are delivered: each is graded, and no file may be lost.
 
-Forty students: right programs, mistakes, the template, two copies, one late submission, files that are no
-program; odd files beside them, one student on no roster, and one who hands in nothing.
+The forty students have correct programs, mistakes, the template, two copies, a late submission, and files that are
+not programs. There are also unrelated files, a student who is not on the roster, and one without a submission.
 
-``python -m tests.campaigns.class_of_layouts OUT [RUBRIC]`` grades them in every layout into OUT/LAYOUT, and
-says whether a file is missing in the results; some ten minutes with the lab's rubric.
+``python -m tests.campaigns.class_of_layouts OUT [RUBRIC]`` grades them in every layout into OUT/LAYOUT, and reports
+missing files; this takes about ten minutes with the lab's rubric.
 """
 
 from __future__ import annotations
@@ -39,18 +39,18 @@ _CHANGES = (
     ('PRINTF("Altitude', 'PRINTF("Height'),
     ("  BSP_LED_Init(LED1);\n", "((void (*)(void))0x20000001)();\n"),
 )
-"""Changes of the right program: it does not compile, it prints another word, it crashes."""
+"""Changes of the correct program: it does not compile, it prints another word, or it crashes."""
 ODD = {
     "to whom it belongs.txt": b"who knows",
     "lab.rar": b"Rar!",
     "solution (1).zip": b"PK\3\4 damaged",
     "report.pdf": b"%PDF",
 }
-"""Files in the class's folder of which no name says whose they are."""
+"""Files in the class's folder whose names do not show the student."""
 
 
 def students() -> list[Handed]:
-    """The forty, each with an id of four digits, which every platform has."""
+    """Return the forty students, each with an id of four digits, which every platform has."""
     return [
         Handed(str(1001 + number), _FIRST[number % 8], _LAST[number // 8], files, late=number == 7)
         for number, files in enumerate(_files())
@@ -108,7 +108,7 @@ def _zip(files: dict[str, bytes]) -> bytes:
 
 
 def write_class(layout: str, where: Path) -> Path:
-    """Write the class in a layout, with odd files beside it and with the files' times."""
+    """Write the class in a layout, with unrelated files and with the times of the files."""
     class_ = students()
     LAYOUTS[layout](where, class_)
     for name, data in ODD.items():
@@ -121,13 +121,13 @@ def write_class(layout: str, where: Path) -> Path:
 
 
 def write_roster(file: Path) -> None:
-    """All students but the last one, and one who hands in nothing."""
+    """Write a roster with all students except the last one, and one student without a submission."""
     rows = [f'{one.id},"{one.name}"' for one in students()[:-1]]
     file.write_text("\n".join(["id,name", *rows, '2000,"Zoe Zuse"']) + "\n", encoding="utf-8")
 
 
 def grade(layout: str, out: Path, rubric: str) -> GradedClass:
-    """Grade the class in a layout into OUT/LAYOUT; what was judged in another layout is known."""
+    """Grade the class in a layout into OUT/LAYOUT, and reuse verdicts of other layouts."""
     with TemporaryDirectory() as folder:
         where, roster = write_class(layout, Path(folder) / "class"), Path(folder) / "roster.csv"
         write_roster(roster)

@@ -1,6 +1,6 @@
 """A Dask cluster on 127.0.0.1: a real scheduler and worker processes, one thread each.
 
-``python -m tests.campaigns.dask_cluster [TASKS]`` measures what the second worker is worth, on a quiet machine.
+``python -m tests.campaigns.dask_cluster [TASKS]`` measures the gain of the second worker, on a quiet machine.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ ROOT = Path(__file__).parents[2]
 
 @contextmanager
 def cluster(workers: int) -> Iterator[str]:
-    """The scheduler's address; all processes have ended afterwards. A dead worker is not restarted."""
+    """Yield the address of the scheduler, and end all processes afterwards. A dead worker is not restarted."""
     with TemporaryDirectory() as folder:
         file = Path(folder) / "scheduler.json"
         local = ["--host", "127.0.0.1", "--no-dashboard", "--scheduler-file", str(file)]
@@ -55,7 +55,7 @@ def cluster(workers: int) -> Iterator[str]:
 
 
 def _address(file: Path, workers: int) -> str:
-    """What the scheduler has written, once all workers have come."""
+    """Return the scheduler's address from its output, once all workers have connected."""
     from distributed import Client
 
     while not file.exists() or not file.stat().st_size:
@@ -66,7 +66,7 @@ def _address(file: Path, workers: int) -> str:
 
 
 def measure(tasks: int) -> dict[int, float]:
-    """Seconds for the lab's whole rubric on ``tasks`` boards, by the number of workers."""
+    """Return the seconds for the lab's whole rubric on ``tasks`` boards, by the number of workers."""
     rubric = load_rubric("lab3")
     program = prebuilt("solution").read_bytes()
     seconds = {}

@@ -46,7 +46,7 @@ SWAPS = {
 
 
 class Mutant(NamedTuple):
-    """A change of one token; ``old`` is its whole line, so that it is found once."""
+    """A change of one token. ``old`` is the whole line, so that it is unique."""
 
     operator: str
     line: int

@@ -1,7 +1,7 @@
-"""What grading costs: ``python -m tests.campaigns.grading_speed [BOARDS]``; with ``--class N`` a class of N, twice.
+"""Cost of grading: ``python -m tests.campaigns.grading_speed [BOARDS]``; with ``--class N`` a class of N, twice.
 
-Processor time and memory of a worker process that judges the lab's solution and its template by the lab's
-whole rubric, one board after the other. Processor time is measured, so a busy machine does not count.
+It measures processor time and memory of a worker process that judges the lab's solution and its template by the lab's
+whole rubric, one board after the other. Other load on the machine does not affect processor time.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from fcu_emulator.firmware_model.arm import prebuilt
 
 CLASS = 300
 PROGRAMS = {"solution": (20.0, 20.0), "template": (4.0, 5.0)}
-"""The shipped programs, and what they get: at least and at most."""
+"""The shipped programs, with their minimum and maximum points."""
 
 
 def judged(task: Task) -> tuple[float, float, int]:
-    """In a worker: points, seconds of processor time, and the process's greatest size in bytes."""
+    """Return points, seconds of processor time, and the peak memory in bytes, measured in a worker."""
     import resource
 
     began_s = time.process_time()
@@ -36,7 +36,7 @@ def judged(task: Task) -> tuple[float, float, int]:
 
 
 def measure(boards: int) -> dict[str, tuple[float, float]]:
-    """By program: the mean of its seconds, and megabytes of the worker."""
+    """Return by program the mean of the seconds, and the megabytes of the worker."""
     digest = load_rubric("lab3").digest
     found = {}
     for name, (least, most) in PROGRAMS.items():
@@ -49,7 +49,7 @@ def measure(boards: int) -> dict[str, tuple[float, float]]:
 
 
 def grade_twice(students: int) -> tuple[float, float]:
-    """Seconds that a class takes, and the same class again."""
+    """Return the seconds for a class, and for the same class again."""
     with TemporaryDirectory() as scratch:
         folder = Path(scratch) / "submissions"
         for number in range(students):
@@ -64,7 +64,7 @@ def grade_twice(students: int) -> tuple[float, float]:
 
 
 def main(arguments: list[str]) -> None:
-    """Print what was measured, and what it means for a class."""
+    """Print the results, and their meaning for a class."""
     if arguments[:1] == ["--class"]:
         first_s, second_s = grade_twice(int(arguments[1]))
         sys.stdout.write(f"{arguments[1]} submissions: {first_s:.0f} s; again: {second_s:.1f} s\n")

@@ -27,7 +27,7 @@ _FIRST_S, _SLICE_S, _LONGEST_S, _CPU_S = 0.0002, 0.0001, 0.2, 0.3
 
 
 def measure(data: bytes) -> tuple[float, float, float, float, float]:
-    """CPU, and in millions instructions, accesses and work, for a virtual second; ns for a unit of work."""
+    """Return CPU time, instructions, accesses and work (in millions) per virtual second, and ns per unit of work."""
     with tempfile.TemporaryDirectory() as folder:
         board = board_with(data, Path(folder))
     assert board.chip is not None

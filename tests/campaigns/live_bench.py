@@ -1,8 +1,8 @@
-"""What the live board costs, measured: ``python -m tests.campaigns.live_bench [SECONDS]``.
+"""Cost of the live board: ``python -m tests.campaigns.live_bench [SECONDS]``.
 
-CPU time of the server at real time with one page that gets 50 states a second, from a command to the truth
-on the wire (1,000 commands), from the start to the first state, and the size of the page as a browser would
-get it.
+It measures the CPU time of the server at real time with one page that receives 50 states a second, the delay from a
+command to the truth on the wire (1,000 commands), the time from the start to the first state, and the size of the
+page for a browser.
 """
 
 from __future__ import annotations
@@ -48,14 +48,14 @@ def main() -> None:
 
 
 def address_of(url: str) -> Address:
-    """The address that was printed."""
+    """Return the printed address."""
     parts = urlsplit(url)
     assert parts.port is not None
     return Address(parts.port, parts.fragment.removeprefix("token="))
 
 
 def measure_load(firmware: str, pid: int, client: ClientConnection, seconds: float) -> None:
-    """CPU time over wall time, and states a second."""
+    """Return CPU time over wall time, and states per second."""
     before_s, began_s, states = cpu_s(pid), time.monotonic(), 0
     while time.monotonic() - began_s < seconds:
         state(client)
@@ -66,7 +66,7 @@ def measure_load(firmware: str, pid: int, client: ClientConnection, seconds: flo
 
 
 def measure_latency(client: ClientConnection) -> None:
-    """From a command to the state that shows it."""
+    """Return the delays from a command to the state that shows its effect."""
     taken_ms = []
     for number in range(1, COMMANDS + 1):
         began_s = time.perf_counter()
@@ -80,7 +80,7 @@ def measure_latency(client: ClientConnection) -> None:
 
 
 def state(client: ClientConnection) -> dict[str, float]:
-    """The next state."""
+    """Return the next state."""
     while True:
         event: dict[str, float] = json.loads(client.recv(timeout=30))
         if event["type"] == "state":
@@ -88,7 +88,7 @@ def state(client: ClientConnection) -> dict[str, float]:
 
 
 def cpu_s(pid: int) -> float:
-    """CPU time of a process, as Linux tells it."""
+    """Return the CPU time of a process from Linux."""
     with open(f"/proc/{pid}/stat", encoding="ascii") as file:  # noqa: PTH123 a file of the kernel's
         fields = file.read().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / 100.0

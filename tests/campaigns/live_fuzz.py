@@ -1,6 +1,6 @@
-"""Messages that no page sends, by the thousand: ``python -m tests.campaigns.live_fuzz [COUNT]``.
+"""Thousands of messages that no page sends: ``python -m tests.campaigns.live_fuzz [COUNT]``.
 
-They go to a served board over a WebSocket; afterwards the board still runs, answers, and prints.
+They go to a served board over a WebSocket. Afterwards the board must still run, answer, and print.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ NAMES = ["entry", "id", "of", "factor", "name", "data", "scenario", "variables",
 
 
 def fuzzed(seed: int, count: int) -> Iterator[str | bytes]:
-    """Commands with wrong fields and values, torn JSON, and bytes."""
+    """Return commands with wrong fields and values, damaged JSON, and bytes."""
     rng = random.Random(seed)
     kinds = [*commands(), "state", "hello", "", "do"]
     for _ in range(count):
@@ -55,7 +55,7 @@ def fuzzed(seed: int, count: int) -> Iterator[str | bytes]:
 
 
 def main() -> None:
-    """Send them, and say how the board is."""
+    """Send the messages, and print the state of the board."""
     from websockets.exceptions import ConnectionClosed
     from websockets.sync.client import ClientConnection
 

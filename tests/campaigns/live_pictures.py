@@ -1,4 +1,4 @@
-"""The pictures of docs/web.md, taken of the page itself: ``python -m tests.campaigns.live_pictures``."""
+"""Screenshots of the page for docs/web.md: ``python -m tests.campaigns.live_pictures``."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ MOST_SERVER_MB, MOST_PAGE_MB = 20, 40
 
 
 class Memory(NamedTuple):
-    """In MB, after so many minutes."""
+    """Memory in MB after a number of minutes."""
 
     minutes: int
     server: float
@@ -37,7 +37,7 @@ class Memory(NamedTuple):
 
 
 def main() -> int:
-    """Run, and print a line each minute."""
+    """Run the session, and print a line each minute."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--minutes", type=int, default=60)
     parser.add_argument("--firmware", default="solution")
@@ -57,7 +57,7 @@ def main() -> int:
 
 
 def soak(url: str, pid: int, minutes: int) -> list[Memory]:
-    """Memory at the beginning and after each minute."""
+    """Yield the memory at the start and after each minute."""
     with sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=ARGUMENTS)
         context = browser.new_context(bypass_csp=True, viewport={"width": 1280, "height": 720})
@@ -82,7 +82,7 @@ def soak(url: str, pid: int, minutes: int) -> list[Memory]:
 
 
 def measured(minute: int, pid: int, page: Page, inspector: CDPSession) -> Memory:
-    """Now, the page's garbage collected."""
+    """Return the present memory, after the page's garbage collection."""
     inspector.send("HeapWiringr.collectGarbage")
     figures = {one["name"]: one["value"] for one in inspector.send("Performance.getMetrics")["metrics"]}
     status = Path(f"/proc/{pid}/status").read_text(encoding="ascii")

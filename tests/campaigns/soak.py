@@ -35,7 +35,7 @@ _HEAD = "| virtual time | memory MiB | descriptors | ticks | bytes | x real time
 
 @dataclass(frozen=True)
 class Sample:
-    """One row; ``ticks``, ``printed`` and ``speed`` since the row before."""
+    """One row. ``ticks``, ``printed`` and ``speed`` count from the previous row."""
 
     virtual_s: float
     memory_mib: float
@@ -46,12 +46,12 @@ class Sample:
 
 
 class Counting(MemoryLink):
-    """A link whose reader takes everything at once, and keeps nothing."""
+    """A link whose reader takes all bytes at once, without storing them."""
 
     taken = 0
 
     def send(self, data: bytes) -> None:
-        """Count it."""
+        """Count the bytes."""
         self.taken += len(data)
 
 
@@ -61,7 +61,7 @@ def soak(
     every_s: float = EVERY_S,
     say: Callable[[Sample], None] = lambda _: None,
 ) -> list[Sample]:
-    """Run ``firmware``; a sample after each ``every_s`` of virtual time."""
+    """Run ``firmware``; yield a sample after each ``every_s`` of virtual time."""
     board = Board(firmware)
     recorder = TruthRecorder(board)
     link = Counting()
@@ -84,18 +84,18 @@ def soak(
 
 
 def memory_mib() -> float:
-    """What this process has in memory."""
+    """Return the memory of this process."""
     pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
     return pages * os.sysconf("SC_PAGE_SIZE") / 2**20
 
 
 def descriptors() -> int:
-    """How many files, pipes and sockets this process has open, the folder that is looked at not counted."""
+    """Return the number of open files, pipes and sockets of this process, without the listed folder."""
     return sum(1 for _ in Path("/proc/self/fd").iterdir()) - 1
 
 
 def show(sample: Sample) -> None:
-    """A row, at once."""
+    """Print a row at once."""
     minutes = round(sample.virtual_s / 60)
     sys.stdout.write(
         f"| {minutes // 60}:{minutes % 60:02d} | {sample.memory_mib:.1f} | {sample.descriptors} "
@@ -105,7 +105,7 @@ def show(sample: Sample) -> None:
 
 
 def main() -> None:
-    """The command."""
+    """Run the command."""
     parser = argparse.ArgumentParser(
         prog="python -m tests.campaigns.soak", description=__doc__.splitlines()[0]
     )

@@ -1,6 +1,6 @@
-"""Every setting the documents forbid leaves one note that names it (the list: ``tests.support.impossible_settings``).
+"""Every setting that the documents forbid causes one note (list: ``tests.support.impossible_settings``).
 
-What the part does all the same is tested beside the function concerned.
+Tests of each function check the behaviour of the sensor with such a setting.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def test_preceding_settings_are_allowed(case: Case) -> None:
 
 
 def test_hub_reads_beyond_its_outputs_are_noted(words: Words) -> None:
-    """AN5040 7.2: 18 bytes; 12 with the correction on, which needs the others (7.5)."""
+    """AN5040 7.2: 18 bytes, or 12 with the correction on, which needs the other bytes (7.5)."""
     chip = Chip("LSM6DSL")
     chip.configure((BANK_A, (0x02, 0x3D), (0x04, 0x27), (0x05, 0x3D), (0x07, 0x07), (0x08, 0x3D), (0x0A, 7)))
     chip.configure((MAIN, FUNC_EN, XL_104, (0x1A, 0x01)))
@@ -62,7 +62,7 @@ def test_empty_fifo_read_is_noted(words: Words) -> None:
 
 
 def test_lps22hb_boot_with_swreset_is_allowed() -> None:
-    """Two drivers do it, the board's own among them, and work on the part."""
+    """Two drivers write both bits, including the board's driver, and then the sensor works."""
     chip = Chip("LPS22HB")
     chip.write(0x11, 0x94)
 

@@ -1,8 +1,8 @@
-"""Noise of every sensor behind its filters: strength, correlation, and independence of who reads when.
+"""Noise of every sensor after its filters: strength, correlation, and independence of the times of reads.
 
-Density and RMS are the datasheets' (Table 3 of each: LSM6DSL DocID028475 Rev 7, LIS2MDL DocID030621 Rev 3,
-LPS22HB DocID027083 Rev 6), bandwidths those of AN5040 (Tables 10 and 19) and of the registers. The equivalent
-noise bandwidth of a second-order Butterworth low-pass is pi / (2 sqrt 2) = 1.11 times its cut-off.
+Density and RMS are those of the datasheets (Table 3 of each: LSM6DSL DocID028475 Rev 7, LIS2MDL DocID030621 Rev 3,
+LPS22HB DocID027083 Rev 6), bandwidths those of AN5040 (Tables 10 and 19) and of the registers. The equivalent noise
+bandwidth of a second-order Butterworth low-pass is pi / (2 sqrt 2) = 1.11 times its cut-off.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ LAB3 = ((CTRL8_XL, 0xE0), (CTRL2_G, 0x6C), (CTRL1_XL, 0xA8))
 
 
 def still(channel: Channel, writes: Writes, count: int, skip: int, seed: int = 5) -> Array:
-    """``count`` samples of a world that is zero, in the signal's unit, (count, axes)."""
+    """Return ``count`` samples of a world that is zero, in the signal's unit, (count, axes)."""
     chip = Chip(channel.part, NOISY[channel.part], seed)
     chip.set(channel.name, *channel.value(0.0))
     chip.configure(writes)
@@ -56,7 +56,7 @@ def still(channel: Channel, writes: Writes, count: int, skip: int, seed: int = 5
 
 
 def rms(samples: Array) -> float:
-    """Over all axes."""
+    """Return the RMS over all axes."""
     return float(np.sqrt(np.mean(samples**2)))
 
 
@@ -104,7 +104,7 @@ SETTINGS: list[tuple[Channel, Writes, float]] = [
 
 @pytest.mark.parametrize(("channel", "writes", "expected"), SETTINGS, ids=str)
 def test_rms_is_datasheets(channel: Channel, writes: Writes, expected: float) -> None:
-    """Over 10 s; of one slow axis behind a narrow filter that is little, so of four parts."""
+    """The RMS over 10 s. One slow axis with a narrow filter has few independent samples, so four sensors are used."""
     seeds = range(4) if channel.axes == 1 else (5,)
     count = int(10 * channel.rate_hz)
     samples = [still(channel, writes, count, skip=500, seed=seed) for seed in seeds]

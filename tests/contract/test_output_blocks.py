@@ -1,7 +1,7 @@
-"""Output blocks under arbitrary legal use, against an oracle that goes byte by byte and sample by sample.
+"""Output blocks under any permitted use, compared with an oracle that handles single bytes and samples.
 
-The rules are AN5040 4.3 to 4.5 (LSM6DSL), AN5069 6.3 to 6.5 (LIS2MDL) and the LPS22HB datasheet (9.5, 9.20);
-where these are silent, the decisions stated at the top of the models.
+The rules are AN5040 4.3 to 4.5 (LSM6DSL), AN5069 6.3 to 6.5 (LIS2MDL) and the LPS22HB datasheet (9.5, 9.20). If these
+do not state a rule, the decisions at the top of the models apply.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ PERIODS = st.one_of(st.sampled_from((0.0, 0.3, 1.0)), st.floats(0, 5))
 
 
 def counts_per_sample(channel: Channel) -> int:
-    """So much that words change in both bytes, and the 12 bits of a thermometer last for a while."""
+    """Return a step that changes both bytes of a word, and keeps a thermometer of 12 bits in range for a while."""
     return 317 if channel.bits > 12 else 61
 
 
 def started(channel: Channel) -> Chip:
-    """Sample k reads k + 1 such steps on the first axis, 1000 counts more on each further one."""
+    """Start a channel. Sample k reads k + 1 such steps on the first axis, and 1000 counts more on each next axis."""
     chip = Chip(channel.part)
     lsb = channel.scales[0][1]
     step = counts_per_sample(channel) * lsb
@@ -47,13 +47,13 @@ def started(channel: Channel) -> Chip:
 
 
 def word_bytes(channel: Channel, sample: int, axis: int) -> bytes:
-    """The little-endian word of ``sample``, 0 before the first."""
+    """Return the little-endian word of ``sample``, 0 before the first."""
     count = 0 if sample < 0 else counts_per_sample(channel) * (sample + 1) + 1000 * axis
     return min(count, channel.limits[1]).to_bytes(channel.width, "little")
 
 
 class Samples:
-    """Which samples have come by a given time, one by one."""
+    """Oracle of the samples that have come by a given time, one by one."""
 
     def __init__(self, channel: Channel, on_sample: Callable[[], None]) -> None:
         self._channel = channel
@@ -67,7 +67,7 @@ class Samples:
 
 
 class WordsMachine(RuleBasedStateMachine):
-    """LSM6DSL and LIS2MDL: words held independently, one data-ready flag."""
+    """LSM6DSL and LIS2MDL: words are held independently, with one data-ready flag."""
 
     channel: Channel
     bdu_register = (0x12, 0x04, 0x40, 0x02)  # address, the other bits, BDU, BLE
@@ -112,7 +112,7 @@ class WordsMachine(RuleBasedStateMachine):
 
     @rule(data=st.data())
     def high_byte_then_whole_block(self, data: st.DataObject) -> None:
-        """A pair read high byte first is released in the middle of the next burst."""
+        """A pair whose high byte is read first is released in the middle of the next burst."""
         high = 2 * data.draw(st.integers(0, self.channel.axes - 1)) + 1
         assert self.chip.byte(self.channel.address + high) == self.expect_byte(high)
         self.time_passes(data.draw(PERIODS))
@@ -138,7 +138,7 @@ class AccelerometerMachine(WordsMachine):
 
 
 class GyroscopeMachine(WordsMachine):
-    """Its samples come out of filters: a second chip that nobody disturbs says what they are."""
+    """The gyroscope's samples come from filters: a second chip without reads gives the expected values."""
 
     channel = GYROSCOPE
 
@@ -166,7 +166,7 @@ class Lis2mdlTemperatureMachine(WordsMachine):
 
 
 class MagnetometerMachine(WordsMachine):
-    """The LIS2MDL has a flag and an overrun flag for each axis, and both once more for all."""
+    """The LIS2MDL has a flag and an overrun flag for each axis, and one more of each for all axes."""
 
     channel = MAGNETOMETER
     bdu_register = (0x62, 0x00, 0x10, 0x08)
@@ -195,7 +195,7 @@ class MagnetometerMachine(WordsMachine):
 
 
 class BarometerMachine(RuleBasedStateMachine):
-    """LPS22HB: pressure and temperature are one sample, held together until PRESS_OUT_H (0x2A) is read."""
+    """LPS22HB: pressure and temperature are one sample, which is held until PRESS_OUT_H (0x2A) is read."""
 
     @initialize()
     def power_up(self) -> None:
@@ -234,7 +234,7 @@ class BarometerMachine(RuleBasedStateMachine):
 
     @rule(first=st.integers(0, 4), count=st.integers(1, 12))
     def burst(self, first: int, count: int) -> None:
-        """Beyond the temperature a burst turns back to the pressure (datasheet 5.8)."""
+        """After the temperature a burst continues with the pressure (datasheet 5.8)."""
         expected = bytes(self.expect_byte(offset % 5) for offset in range(first, first + count))
         assert self.chip.read(0x28 + first, count) == expected
 

@@ -1,8 +1,8 @@
-"""The declared registers against a second, independent transcription of the three datasheets.
+"""The declared registers agree with a second, independent transcription of the three datasheets.
 
-The tables in ``tests/fixtures/registers`` are that witness: they were written from the datasheets (LSM6DSL
-DocID028475 Rev 7, LIS2MDL DocID030621 Rev 3, LPS22HB DocID027083 Rev 6) by somebody else, row by row with its
-source, and nothing but this test reads them. A wrong address would have to be wrong twice in the same way.
+The tables in ``tests/fixtures/registers`` were written by another person from the datasheets (LSM6DSL DocID028475 Rev
+7, LIS2MDL DocID030621 Rev 3, LPS22HB DocID027083 Rev 6), row by row with the source. Only this test reads them. So an
+address is wrong without a failure only if both transcriptions have the same error.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ RESET_OF_OUTPUTS = {
     # LSM6DSL datasheet 9.54: FIFO_EMPTY is set while the FIFO holds nothing, as after a reset.
     ("lsm6dsl", "FIFO_STATUS2"): 0x10,
 }
-"""A row whose reset is ``output`` gives no number; ours is 0 unless it stands here."""
+"""Reset values of rows whose reset is ``output``, which give no number; the default is 0."""
 
 MULTI_BYTE = {
     "lsm6dsl": {
@@ -67,8 +67,10 @@ MULTI_BYTE = {
         "TEMP_OUT": (0x2B, 2),
     },
 }
-"""Numbers wider than a byte are one register here, a row for each byte in the datasheet. Such a row's only
-field is the byte's share of the number ("D_7_0"). Nowhere else do the lists of fields differ."""
+"""Numbers wider than a byte are one register here, but a row for each byte in the datasheet.
+
+The only field of such a row is the byte's share of the number ("D_7_0"). All other lists of fields are equal.
+"""
 
 LAB_SETUP = [
     # the registers as the lab's firmware leaves them on I2C
@@ -85,7 +87,7 @@ LAB_SETUP = [
 
 
 class Row(NamedTuple):
-    """One line of a table; ``fields`` holds (name, msb, lsb)."""
+    """One line of a table; ``fields`` has (name, msb, lsb)."""
 
     part: str
     bank: str
@@ -104,7 +106,7 @@ class Row(NamedTuple):
 
 
 def _fields(text: str) -> tuple[tuple[str, int, int], ...]:
-    """``ODR[6:4];SIM[0:0]`` as names and positions; a malformed entry fails to unpack."""
+    """Return ``ODR[6:4];SIM[0:0]`` as names and positions. A malformed entry raises an error."""
     fields = []
     for entry in filter(None, text.split(";")):
         ((name, msb, lsb),) = re.findall(r"^(\w+)\[(\d):(\d)\]$", entry)
@@ -148,7 +150,7 @@ def test_same_addresses_are_declared_and_listed(bank: tuple[str, str]) -> None:
 
 @pytest.mark.parametrize("part", MULTI_BYTE)
 def test_each_table_lists_every_address_once(part: str) -> None:
-    """Otherwise a register forgotten by both transcriptions would pass."""
+    """Otherwise a register that both transcriptions omit would pass."""
     addresses = [row.address for row in ROWS if (row.part, row.bank) == (part, "main")]
 
     assert sorted(addresses) == list(range(ADDRESSES))
@@ -202,7 +204,7 @@ def test_registers_are_declared_in_datasheet_order(bank: tuple[str, str]) -> Non
 
 @pytest.mark.parametrize(("part", "bank", "register"), REGISTERS)
 def test_registers_and_fields_have_descriptions(part: str, bank: str, register: type[Register]) -> None:
-    """The register map that is printed for students is made of these texts."""
+    """The register map that students print consists of these texts."""
     assert register.__doc__
     assert "\n" not in register.__doc__
     assert all(bits.doc and "\n" not in bits.doc for bits in register.fields)

@@ -1,6 +1,6 @@
-"""The burst law under every ROUNDING of the LSM6DSL: a burst equals the same bytes read one at a time.
+"""With every ROUNDING of the LSM6DSL, a burst equals the same bytes read one at a time.
 
-The patterns are AN5040 Rev 3, 4.7; they are written down here once more, and not taken from ``sensors``.
+The patterns of AN5040 Rev 3, 4.7, are written here a second time, and not taken from ``sensors``.
 """
 
 from __future__ import annotations

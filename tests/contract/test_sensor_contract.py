@@ -1,4 +1,4 @@
-"""Every part of the registry as a register file: identity, reset, write masks, bursts and notes."""
+"""Every sensor of the registry as a register file: identity, reset, write masks, bursts and notes."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ parts = pytest.mark.parametrize("name", SENSORS)
 
 
 def following(facts: PartFacts, address: int) -> int:
-    """The address after ``address`` in a burst (AN5040 4.7; PX4's LIS2MDL driver; LPS22HB datasheet 5.8)."""
+    """Return the address after ``address`` in a burst (AN5040 4.7; PX4's LIS2MDL driver; LPS22HB datasheet 5.8)."""
     return facts.next_address.get(address, (address + 1) % 0x80)
 
 
 def running(name: str) -> Chip:
-    """Every channel of the part measures a world in which no two samples are alike."""
+    """Return a sensor whose channels all measure a world in which all samples are different."""
     chip = Chip(name)
     for channel in CHANNELS:
         if channel.part == name:
@@ -108,7 +108,7 @@ def test_part_stays_silent_after_soft_reset(name: str) -> None:
 @parts
 @given(writes=st.lists(st.tuples(ADDRESSES, BYTES), max_size=40))
 def test_writes_change_writable_bits_only(name: str, writes: list[tuple[int, int]]) -> None:
-    """At the moment of power-up, so that no sample comes in between; whatever bank the writes select."""
+    """The writes come at power-up, so that there is no sample between them; they may select any bank."""
     chip = Chip(name)
 
     for address, value in writes:
@@ -173,7 +173,7 @@ def test_burst_equals_single_byte_reads(
     count: int,
     wait_ps: int,
 ) -> None:
-    """Also where it wraps, with the increment off, and when earlier reads have left a pair half read."""
+    """This includes wraps, a switched off increment, and pairs of which earlier reads have left one byte unread."""
     facts = FACTS[name]
     goes_on = increments or facts.increment_off is None
     burst, bytewise = running(name), running(name)
@@ -264,7 +264,7 @@ def test_write_log_has_register_old_and_new_value(name: str) -> None:
 
 @parts
 def test_usual_setup_raises_no_note(name: str) -> None:
-    """Of the lab's parts as its firmware leaves them on I2C."""
+    """The sensors have the settings that the lab's firmware makes on I2C."""
     chip = Chip(name)
     chip.configure(FACTS[name].usual)
 

@@ -1,4 +1,4 @@
-"""What every part declares is how it is built, how a bus reaches it and how far it deviates."""
+"""The declarations of every sensor agree with its construction, its buses and its deviations."""
 
 from __future__ import annotations
 
@@ -90,11 +90,11 @@ def test_part_uses_declared_wires_after_reset(part: type[Sensor]) -> None:
 
 
 class CELL(Register, addr=0, size=ADDRESSES // 2, names=tuple(f"CELL{n}" for n in range(ADDRESSES // 2))):
-    """64 plain bytes."""
+    """A device of 64 plain bytes."""
 
 
 class Asking(Sensor):
-    """A part whose bursts stay where they are unless bit 7 (I2C) or bit 6 (SPI) is set, as ST's HTS221."""
+    """A sensor whose bursts increment only if bit 7 (I2C) or bit 6 (SPI) is set, as ST's HTS221."""
 
     NAME: ClassVar[str] = "ASKING"
     BUS: ClassVar[Bus] = Bus(
@@ -122,7 +122,7 @@ def i2c_read(target: SubaddressTarget, subaddress: int, counts: list[int]) -> by
 
 @given(ADDRESS, st.lists(COUNT, min_size=1, max_size=3))
 def test_i2c_read_increments_only_with_bit(start: int, counts: list[int]) -> None:
-    """Across messages, too: the next read goes on from the sub-address left behind."""
+    """This also applies to the next message: a read continues at the previous sub-address."""
     target = SubaddressTarget(Asking(), lambda: 0)
     counts = [count % 7 + 1 for count in counts]
     total = sum(counts)

@@ -1,4 +1,4 @@
-"""A run depends on the seed, the registers and the world, and on nothing else: not on who looks when."""
+"""A run depends only on the seed, the registers and the world, and not on the times of reads."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ channels = pytest.mark.parametrize("channel", CHANNELS, ids=str)
 
 
 def noisy(name: str, seed: int = 1) -> Chip:
-    """A typical part, all channels on, in a world that moves."""
+    """Return a typical sensor with all channels on, in a moving world."""
     chip = Chip(name, SENSORS[name].ERRORS.of_quality("typical", seed), seed)
     for channel in CHANNELS:
         if channel.part == name:
@@ -84,7 +84,7 @@ def test_another_seed_gives_another_part(name: str) -> None:
     "channel", [channel for channel in CHANNELS if channel.name != "temperature_degc"], ids=str
 )
 def test_another_seed_gives_other_noise(channel: Channel) -> None:
-    """The same deviating part, two boards: only the noise differs."""
+    """The same deviations with two seeds for the noise: only the noise differs."""
     errors = SENSORS[channel.part].ERRORS.of_quality("typical", 1)
     runs = []
     for seed in (1, 2):

@@ -1,4 +1,4 @@
-"""What importing ``sensors`` loads, and that each of its packages says which file is about what."""
+"""Modules that an import of ``sensors`` loads, and the list of files in the docstring of each package."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def test_importing_sensors_loads_numpy_at_most() -> None:
 
 @pytest.mark.parametrize("package", ["sensors", *(f"sensors.{name.lower()}" for name in sensors.SENSORS)])
 def test_package_docstring_lists_its_files(package: str) -> None:
-    """Its docstring has a table: names of files, then what they are about."""
+    """The docstring has a table with names of files and their subjects."""
     folder = SENSORS.parent.joinpath(*package.split("."))
     text = sys.modules[f"fcu_emulator.{package}"].__doc__ or ""
     _, table, _ = re.split(r"^=+  =+$", text, flags=re.MULTILINE)

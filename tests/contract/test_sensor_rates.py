@@ -1,4 +1,4 @@
-"""Output data rates are as exact as a part's own oscillator: of parts whose errors say ``odr_percent``."""
+"""Output data rates have the error of the sensor's oscillator, if its errors include ``odr_percent``."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ channels = pytest.mark.parametrize("channel", RATED, ids=str)
 @channels
 @pytest.mark.parametrize("percent", [-7.5, 2.5, 10.0])
 def test_samples_come_at_parts_own_rate(channel: Channel, percent: float) -> None:
-    """The thousandth tells: nothing is rounded on the way."""
+    """The thousandth sample shows that no time is rounded on the way."""
     chip = Chip(channel.part, SENSORS[channel.part].ERRORS(odr_percent=percent))
     own = replace(channel, rate_hz=channel.rate_hz * Fraction(1000 + int(10 * percent), 1000))
     chip.configure(channel.scales[0][0])
@@ -34,7 +34,7 @@ def test_samples_come_at_parts_own_rate(channel: Channel, percent: float) -> Non
 
 @channels
 def test_typical_part_beats_against_its_nominal_rate(channel: Channel) -> None:
-    """Read at the rate of the datasheet for ten seconds, a sample is missed, or seen twice, now and then."""
+    """It is read at the datasheet's rate for ten seconds: sometimes a sample is missed or read twice."""
     errors = SENSORS[channel.part].ERRORS.of_quality("typical", 1)
     percent = float(vars(errors)["odr_percent"])
     chip = Chip(channel.part, errors, seed=1)

@@ -53,7 +53,7 @@ rates = pytest.mark.parametrize(("channel", "write", "rate_hz"), RATES, ids=str)
 
 
 def started(channel: Channel, writes: Writes | None = None) -> Chip:
-    """The channel samples from t = 0 on, each sample 40 LSB above the one before."""
+    """Return a channel that samples from t = 0 on, each sample 40 LSB above the previous one."""
     chip = Chip(channel.part)
     lsb_per_s = float(40 * channel.rate_hz) * channel.scales[0][1]
     chip.world.signals[channel.name] = ramp(channel.value(channel.zero), channel.value(lsb_per_s))
@@ -135,7 +135,7 @@ def test_world_change_shows_at_next_sample(channel: Channel) -> None:
 def test_samples_come_at_exact_multiples_of_period(
     channel: Channel, write: tuple[int, int], rate_hz: Fraction, data: st.DataObject
 ) -> None:
-    """The ps before sample k it is not there, at its time it is; also after an hour."""
+    """A picosecond before its time a sample is not there, at its time it is; also after an hour."""
     chip = started(channel, (write,))
     first_ps = channel.turn_on_ps
     first_ps += -(-PS_PER_S // rate_hz) if channel.first_ps is None else channel.first_ps
@@ -172,7 +172,7 @@ def test_number_of_samples_in_ten_seconds(
 @pytest.mark.parametrize("channel", [channel for channel in CHANNELS if channel.ready], ids=str)
 @given(data=st.data())
 def test_data_ready_clears_on_any_high_byte(channel: Channel, data: st.DataObject) -> None:
-    """AN5040 4.3, AN5069 6.3; for the LPS22HB by the one high byte there is."""
+    """AN5040 4.3, AN5069 6.3; the LPS22HB has only one high byte."""
     chip = started(channel)
     axis = data.draw(st.integers(0, channel.axes - 1))
     high = channel.address + axis * channel.width + channel.width - 1
@@ -214,7 +214,7 @@ HELD = [channel for channel in CHANNELS if channel.bdu]
 
 
 def word(channel: Channel, axis: int) -> range:
-    """The addresses of one word."""
+    """Return the addresses of one word."""
     first = channel.address + axis * channel.width
     return range(first, first + channel.width)
 
@@ -225,7 +225,7 @@ def word(channel: Channel, axis: int) -> range:
 def test_bdu_completes_word_from_one_sample(
     channel: Channel, status_looked_at: bool, data: st.DataObject
 ) -> None:
-    """AN5040 4.4, AN5069 6.4, LPS22HB datasheet 9.5; afterwards the word shows the latest sample at once."""
+    """AN5040 4.4, AN5069 6.4, LPS22HB datasheet 9.5. Afterwards the word shows the latest sample at once."""
     chip = started(channel, channel.scales[0][0] + (channel.bdu or ()))
     addresses = word(channel, data.draw(st.integers(0, channel.axes - 1)))
     samples = data.draw(st.integers(1, 40))
@@ -247,7 +247,7 @@ def test_bdu_completes_word_from_one_sample(
 
 @pytest.mark.parametrize("channel", HELD, ids=str)
 def test_without_bdu_word_can_be_torn(channel: Channel) -> None:
-    """The reason BDU exists: 0x00FF and 0x0100 give 0x01FF or 0x0000."""
+    """This is the purpose of BDU: 0x00FF and 0x0100 give 0x01FF or 0x0000."""
     chip = Chip(channel.part)
     lsb = channel.scales[0][1]
     below, above = (constant(*channel.value(channel.zero + count * lsb)) for count in (0x00FF, 0x0100))

@@ -27,7 +27,7 @@ RATES_HZ = {"Rate_10_HZ": 10, "Rate_20_HZ": 20, "Rate_50_HZ": 50, "Rate_100_HZ":
 
 
 class Bench:
-    """One board with the driver at its LIS2MDL."""
+    """A board with the driver at its LIS2MDL."""
 
     def __init__(self, board: Board) -> None:
         self.board = board
@@ -45,7 +45,7 @@ def bench() -> Iterator[Bench]:
 
 
 def test_driver_waits_in_virtual_time(bench: Bench) -> None:
-    """0.1 s after the reset, 0.1 s after the reboot, 0.03 s at the end, and the transfers."""
+    """The driver waits 0.1 s after the reset, 0.1 s after the reboot, 0.03 s at the end, and for the transfers."""
     assert 0.23 < bench.board.now_s < 0.24
 
 

@@ -68,7 +68,7 @@ def test_reset_ends_measuring_and_keeps_data(board: Board, sensor: Any) -> None:
 
 
 def test_one_shot_measures_once_until_driver_sees_it(board: Board) -> None:
-    """LPS22HB datasheet 9.6: ONE_SHOT clears itself when the data are there. The driver polls it."""
+    """LPS22HB datasheet 9.6: ONE_SHOT clears itself when the data are ready. The driver polls it."""
     sensor = adafruit_lps35hw.LPS35HW(BusioI2C(board.i2c2))
     sensor.data_rate = adafruit_lps35hw.DataRate.ONE_SHOT
     for hpa in (950.0, 1020.0):

@@ -1,4 +1,4 @@
-"""Adafruit's CircuitPython driver of the LSM6DS family, its LSM6DS3TR-C class: the same WHO_AM_I."""
+"""Adafruit's CircuitPython driver of the LSM6DS family: its class LSM6DS3TR-C, which has the same WHO_AM_I."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ RATES_HZ = {
 
 
 class Bench:
-    """One board with the driver at its LSM6DSL."""
+    """A board with the driver at its LSM6DSL."""
 
     def __init__(self, board: Board) -> None:
         self.board = board
@@ -68,7 +68,7 @@ def bench() -> Iterator[Bench]:
 
 
 def test_driver_waits_in_virtual_time(bench: Bench) -> None:
-    """Two times 0.2 s after setting a range, and the transfers."""
+    """The driver waits twice 0.2 s after setting a range, and for the transfers."""
     assert 0.4 < bench.board.now_s < 0.41
 
 
@@ -83,7 +83,7 @@ def test_acceleration_equals_world(bench: Bench, name: str, attitude: Vector) ->
 
 @pytest.mark.parametrize(("name", "full_scale_g"), [("RANGE_2G", 2), ("RANGE_4G", 4), ("RANGE_8G", 8)])
 def test_acceleration_saturates_at_full_scale(bench: Bench, name: str, full_scale_g: float) -> None:
-    """1 g and a shake of 15 g, read at its crest: 16 bits are full."""
+    """At 1 g with a shake of 15 g, read at its peak, the 16 bits saturate."""
     bench.sensor.accelerometer_data_rate = adafruit_lsm6ds.Rate.RATE_416_HZ
     bench.sensor.accelerometer_range = getattr(adafruit_lsm6ds.AccelRange, name)
     start_s = bench.board.now_s
@@ -96,7 +96,7 @@ def test_acceleration_saturates_at_full_scale(bench: Bench, name: str, full_scal
 @pytest.mark.parametrize("axis", ["roll", "pitch", "yaw"])
 @pytest.mark.parametrize("name", GYRO_MDPS)
 def test_angular_rate_equals_world(bench: Bench, name: str, axis: str) -> None:
-    """100 deg/s about each axis in turn; the sign goes along."""
+    """The board turns at 100 deg/s about each axis in turn; the sign must be right, too."""
     bench.sensor.gyro_range = getattr(adafruit_lsm6ds.GyroRange, name)
     for to_deg in (-300, 0):
         bench.board.world.sweep(axis, to_deg=to_deg, duration_s=3)
@@ -109,7 +109,7 @@ def test_angular_rate_equals_world(bench: Bench, name: str, axis: str) -> None:
 
 @pytest.mark.parametrize("name", RATES_HZ)
 def test_data_come_at_rate_that_was_set(bench: Bench, name: str) -> None:
-    """Nominal rates of the LSM6DSL datasheet, T46 and T50; both sensors at the same one."""
+    """Nominal rates of the LSM6DSL datasheet, T46 and T50; both sensors have the same rate."""
     bench.sensor.accelerometer_data_rate = getattr(adafruit_lsm6ds.Rate, name)
     bench.sensor.gyro_data_rate = getattr(adafruit_lsm6ds.Rate, name)
     bench.board.run_for(SETTLED_S)
@@ -152,7 +152,7 @@ def test_settings_read_back_until_reset(bench: Bench) -> None:
 
 
 def test_missing_part_is_reported_by_driver(bench: Bench) -> None:
-    """SA0 is high on this board: 0x6B, and nothing at the driver's default 0x6A."""
+    """SA0 is high on this board: the sensor has 0x6B, and the driver's default 0x6A has no device."""
     i2c = BusioI2C(bench.board.i2c2)
     with pytest.raises(ValueError, match="No I2C device at address: 0x6a"):
         lsm6ds3trc.LSM6DS3TRC(i2c)

@@ -1,4 +1,4 @@
-"""The adapters by themselves: what the documentation of the objects they stand for promises a driver."""
+"""The adapters alone: the properties that the documentation of the imitated objects promises to a driver."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def busio(board: Board) -> BusioI2C:
 
 
 class Message:
-    """What ``smbus2.i2c_msg`` has."""
+    """The interface of ``smbus2.i2c_msg``."""
 
     def __init__(self, addr: int, flags: int, data: bytes) -> None:
         self.addr, self.flags, self.len, self.buf = addr, flags, len(data), bytearray(data)
@@ -117,7 +117,7 @@ def test_machine_reads_and_writes_memory_and_bytes(board: Board) -> None:
 
 
 def test_machine_sends_wide_memory_addresses_high_byte_first(board: Board) -> None:
-    """To these parts the second byte is data: CTRL1_XL."""
+    """These sensors treat the second byte as data: CTRL1_XL."""
     i2c = MachineI2C(board.i2c2)
     i2c.writeto_mem(0x6B, 0x1048, b"", addrsize=16)
     assert i2c.readfrom_mem(0x6B, 0x10, 1) == b"\x48"
@@ -246,7 +246,7 @@ def test_sensirions_phases_are_each_optional_and_wait_between(board: Board) -> N
 
 @given(st.binary(min_size=1, max_size=6), st.integers(0x73, 0x78))
 def test_every_adapter_gives_bytes_of_bus(data: bytes, register: int) -> None:
-    """The user offsets and reserved addresses: what sticks is the part's affair, and the same through all."""
+    """User offsets and reserved addresses: the sensor determines the stored bits, and all adapters show the same bytes."""
     board = Board(ideal=True)
     busio, machine, bus = BusioI2C(board.i2c2), MachineI2C(board.i2c2), SMBus(board.i2c2)
     busio.try_lock()

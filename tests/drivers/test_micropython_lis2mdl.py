@@ -1,4 +1,4 @@
-"""A MicroPython driver of the LIS2MDL, on the shape of ``machine.I2C``."""
+"""A MicroPython driver of the LIS2MDL, with the interface of ``machine.I2C``."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def board() -> Iterator[Board]:
 @pytest.mark.parametrize("attitude", ATTITUDES)
 @pytest.mark.parametrize("rate", RATES)
 def test_field_equals_world(board: Board, rate: str, attitude: Vector) -> None:
-    """One burst over the three axes, without bit 7 of the sub-address, which this part does not need."""
+    """The driver reads the three axes in one burst, without bit 7 of the sub-address, which this sensor does not need."""
     sensor = lis2mdl.LIS2MDL(MachineI2C(board.i2c2))
     sensor.data_rate = getattr(lis2mdl, rate)
     sensor.low_pass_filter_mode = lis2mdl.LPF_ENABLED
@@ -38,7 +38,7 @@ def test_field_equals_world(board: Board, rate: str, attitude: Vector) -> None:
 
 
 def test_one_shot_measures_once_and_shows_power_down(board: Board) -> None:
-    """AN5069 3.3: after the measurement MD reads 11, idle; the driver has no name for this code."""
+    """AN5069 3.3: after the measurement MD reads 11, idle, a code for which the driver has no name."""
     sensor = lis2mdl.LIS2MDL(MachineI2C(board.i2c2))
     sensor.operation_mode = lis2mdl.POWER_DOWN
     board.world.set_attitude(0, 0, 90)

@@ -24,7 +24,7 @@ G_PER_LSB, DPS_PER_LSB = 0.061e-3, 8.75e-3  # LSM6DSL T3 at +-2 g and 250 dps, w
 
 
 def readings(board: Board, mode: str) -> tuple[Vector, Vector]:
-    """What the driver reads, in board axes: g and deg/s."""
+    """Return the driver's readings in board axes: g and deg/s."""
     sensor = lsm6ds3.LSM6DS3(SMBus(board.i2c2), 0x6B, getattr(lsm6ds3, mode))
     board.run_for(SETTLED_S)
     ax, ay, az, gx, gy, gz = sensor.get_readings()

@@ -48,7 +48,7 @@ def test_one_shot_values_equal_world(board: Board, hpa: float, degc: float) -> N
 
 @pytest.mark.parametrize("code", CODES)
 def test_continuous_values_equal_world(board: Board, code: int) -> None:
-    """The driver switches the address increment off and reads byte by byte."""
+    """The driver switches the address increment off and reads single bytes."""
     sensor = driver(board)
     board.world.set_pressure(987.654)
     sensor.start_continious_measurement(code)
@@ -58,7 +58,7 @@ def test_continuous_values_equal_world(board: Board, code: int) -> None:
 
 
 def test_burst_without_increment_repeats_its_first_byte(board: Board) -> None:
-    """LPS22HB datasheet 9.6, IF_ADD_INC; the driver's documentation warns of it."""
+    """LPS22HB datasheet 9.6, IF_ADD_INC. The driver's documentation has a warning about it."""
     sensor = driver(board)
     board.world.set_pressure(1000 + 0x5A / 4096)
     sensor.start_continious_measurement(5)

@@ -1,4 +1,4 @@
-"""Archives from strangers: what is honest is unpacked, what is not is refused with a reason."""
+"""Untrusted archives: valid archives are unpacked, others are refused with a reason."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def test_zip_bomb_is_refused_by_ratio_and_size(tmp_path: Path) -> None:
 
 
 def test_declared_size_is_not_trusted(tmp_path: Path) -> None:
-    """The size in the directory is small; what comes out of the archive is not."""
+    """The directory states a small size, but the archive unpacks to a large one."""
     file = archive(tmp_path / "a.zip", bomb=bytes(2 << 20))
     data = bytearray(file.read_bytes())
     at = data.rindex(b"PK\x01\x02")

@@ -1,4 +1,4 @@
-"""Source from strangers is built behind walls; what does not compile says why, in words fit to be shown."""
+"""Untrusted source is built in a sandbox, and compiler errors are shown in safe text."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ TEMPLATE = (arm.sources() / "template" / "main.c").read_bytes()
 
 
 def has_sandbox() -> bool:
-    """Whether bubblewrap is there, and the system lets it make its walls."""
+    """Return whether bubblewrap is installed and can create a sandbox on this system."""
     if shutil.which(SANDBOX) is None:
         return False
     command = [SANDBOX, "--ro-bind", "/", "/", "--unshare-all", "true"]

@@ -1,4 +1,4 @@
-"""A small class: what comes in beside honest programs costs only itself. All of it: class_of_forty.py."""
+"""A small class: bad submissions affect only themselves. class_of_forty.py has the whole class."""
 
 from __future__ import annotations
 

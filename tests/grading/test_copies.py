@@ -1,4 +1,4 @@
-"""Identical submissions are named, by what is loaded and by what is written; nothing is said of others."""
+"""Identical submissions are listed, by loaded program and by source; other submissions are not."""
 
 from __future__ import annotations
 

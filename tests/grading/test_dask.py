@@ -1,4 +1,4 @@
-"""A class on a cluster: a real scheduler and two worker processes, of which one is killed in the middle."""
+"""A class on a cluster: a real scheduler and two worker processes, one of which is killed during the run."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ STUDENTS = [f"student-{number}" for number in range(6)]
 
 
 def judge_and_record(task: Task, told: Path, victim: int) -> str:
-    """Judge, and leave word of it; the victim's first process waits for its end."""
+    """Judge a task and record it. The first process of the victim waits for its end."""
     if task.seed == victim and not (told / "victim").exists():
         (told / "half").write_text(str(os.getpid()))
         (told / "half").rename(told / "victim")
@@ -46,7 +46,7 @@ def judge_and_record(task: Task, told: Path, victim: int) -> str:
 
 
 class Telling(DaskWorkers):
-    """The victim is the first to be submitted, so its process has done nothing yet when it is killed."""
+    """Workers that receive the victim's task first, so that its process has no results when it is killed."""
 
     def __init__(self, address: str, told: Path, victim: int) -> None:
         super().__init__(address)

@@ -1,4 +1,4 @@
-"""``fcu grade`` as a teacher uses it: a folder of submissions goes in, reports come out."""
+"""``fcu grade`` for a teacher: it reads a folder of submissions and writes reports."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ expect = [{ kind = "field", name = "Pitch", truth = true, tolerance = 8 }]
 
 @pytest.fixture
 def out(kept: Path, tmp_path: Path) -> Path:
-    """Where the reports go; the two programs have been judged before."""
+    """Return the folder of the reports; the two programs have been judged before."""
     shutil.copytree(kept, tmp_path / "out" / "kept")
     return tmp_path / "out"
 
@@ -83,7 +83,7 @@ def rubric(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def submissions(tmp_path: Path) -> Path:
-    """The solution, the template, and what else comes in."""
+    """Return a folder with the solution, the template, and other submissions."""
     folder = tmp_path / "submissions"
     for name, program in (("ada", "solution"), ("bob", "template")):
         (folder / name).mkdir(parents=True)
@@ -102,7 +102,7 @@ def submissions(tmp_path: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def kept(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What grading the two programs leaves to be found again."""
+    """Return the stored verdicts of the two programs, which later runs find."""
     folder = tmp_path_factory.mktemp("kept")
     (folder / "little.toml").write_text(RUBRIC, encoding="utf-8")
     for name, program in (("ada", "solution"), ("bob", "template")):
@@ -163,7 +163,7 @@ def test_progress_of_class_is_logged(
     monkeypatch: pytest.MonkeyPatch,
     words: Words,
 ) -> None:
-    """At tenths ten seconds apart, of which some are missed and one is two minutes in coming."""
+    """The log has tenths of the class. They come ten seconds apart; some are missing, and one comes after two minutes."""
     folder = tmp_path / "submissions"
     folder.mkdir()
     for number in range(20):
@@ -269,7 +269,7 @@ def test_before_due_date_students_see_less(
 
 
 class Killed(LocalWorkers):
-    """The process of one student's task is killed, each time."""
+    """Workers in which the process of one student's task is killed each time."""
 
     def submit(self, fn, /, *args, **kwargs):  # type: ignore[no-untyped-def]
         return super().submit(kill_worker if args[0].seed == self.victim else fn, *args)
@@ -290,7 +290,7 @@ SALT = b"known to the tests"
 
 
 def seed_of(rubric: Path, student: str, program: str, salt: bytes = SALT) -> int:
-    """The seed of a student who hands in a shipped program."""
+    """Return the seed of a student who submits a shipped program."""
     return load_rubric(rubric).seed_for(student, prebuilt(program).read_bytes(), salt)
 
 

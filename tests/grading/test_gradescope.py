@@ -1,4 +1,4 @@
-"""``fcu grade --gradescope-zip``: the archive for Gradescope, and what its scripts do in Gradescope's folders."""
+"""``fcu grade --gradescope-zip``: the archive for Gradescope, and its scripts in Gradescope's folders."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ posix_scripts = pytest.mark.skipif(sys.platform == "win32", reason="Windows cann
 
 @pytest.fixture
 def autograder(tmp_path: Path, rubric: Path) -> Path:
-    """Folders as Gradescope lays them out, with the unpacked archive; fcu is the one that is tested."""
+    """Return folders as on Gradescope, with the unpacked archive and the tested fcu."""
     folder = tmp_path / "autograder"
     for name in ("source", "submission", "results"):
         (folder / name).mkdir(parents=True)
@@ -37,7 +37,7 @@ def autograder(tmp_path: Path, rubric: Path) -> Path:
 
 
 def unpack_autograder(tmp_path: Path, rubric: object, *options: object) -> Path:
-    """Make the archive and unpack it as Gradescope does, with its folder under ``tmp_path``."""
+    """Create the archive and unpack it as Gradescope does, with its folder under ``tmp_path``."""
     source = tmp_path / "autograder" / "source"
     wheel = tmp_path / f"fcu_emulator-{version('fcu-emulator')}-py3-none-any.whl"
     wheel.touch()
@@ -69,7 +69,7 @@ def run_autograder(folder: Path) -> subprocess.CompletedProcess[str]:
 
 @posix_scripts
 def test_setup_installs_package_and_hides_rubric(autograder: Path) -> None:
-    """apt-get and venv are played by a script that notes how it was called."""
+    """A script replaces apt-get and venv, and records its calls."""
     source, played = autograder / "source", autograder / "played"
     played.mkdir()
     noting = f'#!/bin/sh\necho "${{0##*/}} $*" >> {played}/calls\n'

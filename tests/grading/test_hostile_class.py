@@ -1,4 +1,4 @@
-"""One submission costs only itself; a fault of the machine is never a verdict, and is never kept."""
+"""A submission affects only its own result. A fault of the machine is not a verdict, and is not stored."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ posix = pytest.mark.skipif(sys.platform == "win32", reason="source is built on L
 
 @pytest.fixture
 def submissions(tmp_path: Path) -> Path:
-    """One that has been judged before, and one that is source."""
+    """Return one submission that has been judged before, and one that is source."""
     folder = tmp_path / "submissions"
     (folder / "ada").mkdir(parents=True)
     shutil.copyfile(prebuilt("solution"), folder / "ada" / "lab3.elf")
@@ -78,7 +78,7 @@ def test_non_utf8_name_gets_escaped_id(submissions: Path, rubric: Path, out: Pat
 
 
 def test_damaged_classes_are_graded_to_end(tmp_path: Path) -> None:
-    """A share of the campaign ``python -m tests.campaigns.attacks``."""
+    """A part of the campaign ``python -m tests.campaigns.attacks``."""
     from random import Random
 
     assert sum(1 for _ in classes.archives(300, Random(1), tmp_path)) == 300
@@ -185,7 +185,7 @@ STRANGE = 'for file in "$@"; do [ -f "$file" ] && grep -q strange "$file"'
 
 
 def shim(folder: Path, monkeypatch: pytest.MonkeyPatch, script: str) -> None:
-    """Put a compiler on the PATH that does ``script`` before it does what it is asked."""
+    """Put a compiler on the PATH that runs ``script`` before it compiles."""
     real = shutil.which("arm-none-eabi-gcc")
     (folder / "bin").mkdir(parents=True)
     compiler = folder / "bin" / "arm-none-eabi-gcc"
@@ -205,7 +205,7 @@ def fresh_toolchain() -> object:
 
 @pytest.fixture
 def heeded() -> object:
-    """Signals are not ignored, as they are under nohup and in a script's background."""
+    """Let programs receive signals, which nohup and background jobs of scripts ignore."""
     known = [getattr(signal, name) for name in ("SIGHUP", "SIGINT", "SIGTERM") if hasattr(signal, name)]
     before = {one: signal.signal(one, signal.SIG_DFL) for one in known}
     yield
@@ -220,7 +220,7 @@ def heeded() -> object:
 def test_killed_compiler_is_not_compile_error(
     sign: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Killed each time it compiles this program, and never with another one."""
+    """The compiler is killed each time it compiles this program, and not with other programs."""
     with tempfile.TemporaryDirectory() as folder:  # which user nobody can enter
         Path(folder).chmod(0o755)
         shim(Path(folder), monkeypatch, f"{STRANGE} && kill -{sign} $$; done")
@@ -271,7 +271,7 @@ def test_machine_that_compiles_nothing_more_is_at_fault(
 @posix
 @needs_compiler
 def test_source_cannot_forge_fault_of_machine(builder: Builder) -> None:
-    """It prints the words that a full disk or a killed compiler causes."""
+    """The source prints the messages that a full disk or a killed compiler causes."""
     words = "cc1: fatal error: Killed signal terminated program cc1: No space left on device"
     for source in (f'#error "{words}"\n', f'asm(".print \\"{words}\\"\\n.error \\"x\\"");\n'):
         with pytest.raises(CompileError):
@@ -357,7 +357,7 @@ DRAWN = (
 @posix
 @needs_compiler
 def test_recorded_text_earns_nothing_in_another_run(tmp_path: Path) -> None:
-    """A student prints the numbers of an earlier report: right for that seed, wrong when it is graded."""
+    """The student prints the numbers of an earlier report, which are right for that seed but wrong for the graded one."""
     rubric = tmp_path / "drawn.toml"
     rubric.write_text(DRAWN, encoding="utf-8")
     folder = tmp_path / "submissions"
@@ -428,7 +428,7 @@ def test_invalid_salt_file_is_refused(kind: str, submissions: Path, rubric: Path
 
 
 def is_worker(pid: str) -> bool:
-    """Whether a process runs as a worker; a process that has ended has no command line."""
+    """Return whether a process is a worker. A process that has ended has no command line."""
     try:
         return b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()
     except OSError:

@@ -1,4 +1,4 @@
-"""Every file and folder that was handed in is in the results, whatever it is called."""
+"""Every submitted file and folder is in the results, with any name."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ PLATFORMS_OWN = {"submission_metadata.yml", "Lab_3.xlsx", "status.xlsx", "status
 
 
 class FakeBuilder:
-    """Builds every source but :data:`BAD`."""
+    """Builder that builds every source except :data:`BAD`."""
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         del arguments, options
@@ -45,11 +45,11 @@ class FakeBuilder:
         return Built(SubmittedFirmware("lab3.elf", b"\x7fELF" + source.digest.encode()), "")
 
     def close(self) -> None:
-        """Nothing to remove."""
+        """Do nothing, because there are no files to remove."""
 
 
 class FakeWorkers(Executor):
-    """Give every ELF file the same verdict, and refuse everything else."""
+    """Workers that give every ELF file the same verdict, and refuse all other files."""
 
     slots = 1
 
@@ -71,7 +71,7 @@ def fake_workers(options: object) -> Iterator[FakeWorkers]:
 
 @pytest.fixture
 def no_machine(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Neither a compiler nor an emulator: what counts here is who is listed."""
+    """Replace compiler and emulator, because these tests only check the listed students."""
     monkeypatch.setattr("fcu_emulator.emulator.cli.grade._workers", fake_workers)
     monkeypatch.setattr("fcu_emulator.emulator.cli.grade.Builder", FakeBuilder)
 
@@ -151,7 +151,7 @@ def write_odd(where: Path, odd: dict[str, str]) -> None:
 
 
 def handed_in(where: Path) -> list[str]:
-    """The names in a folder but those that systems and platforms write."""
+    """Return the names in a folder, except those that systems and platforms write."""
     systems = ("._", "__macosx", ".ds_store", "thumbs.db", "desktop.ini")
     return [
         path.name
@@ -190,7 +190,7 @@ def test_every_folder_of_ilias_is_in_one_result(
 
 
 def assert_nothing_is_lost(where: Path, names: list[str], roster: list[tuple[str, str]] | None) -> None:
-    """Grade a folder, and account for each name in it and each student of the roster."""
+    """Grade a folder, and check that each name in it and each student of the roster is listed."""
     out = where.parent / "out"
     rubric = where.parent / "little.toml"
     rubric.write_text(RUBRIC, encoding="utf-8")
@@ -229,7 +229,7 @@ def set_of(whole: GradedClass) -> set[str]:
 
 
 def assert_reports_agree(whole: GradedClass, out: Path) -> None:
-    """The table, the list for programs and the page have the same students."""
+    """Assert that the table, the machine-readable list and the page have the same students."""
     with (out / "grades.csv").open(encoding="utf-8-sig", newline="") as file:
         rows = list(csv.DictReader(file))
     page = assert_harmless((out / "index.html").read_text(encoding="utf-8"))

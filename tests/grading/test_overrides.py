@@ -1,4 +1,4 @@
-"""Points that a teacher gives, and who is late."""
+"""Points that a teacher sets, and late submissions."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ VERDICT = verdict(
 
 @pytest.fixture
 def where(tmp_path: Path, no_machine: None, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Ada and Bob are judged; Eve's program does not compile."""
+    """Return a class: Ada and Bob are judged, and Eve's program does not compile."""
     monkeypatch.setattr("tests.grading.test_nothing_lost.VERDICT", VERDICT)
     (tmp_path / "little.toml").write_text(RUBRIC, encoding="utf-8")
     programs = {"ada": GOOD, "bob": GOOD + b" int b;", "eve": BAD}
@@ -206,12 +206,12 @@ def test_duration_is_in_days_hours_and_minutes(seconds: int, text: str) -> None:
 # -- the late penalty ---------------------------------------------------------------------------------------
 
 LATE_RULE = "[late]\npenalty_per_day = 0.25\ngrace_minutes = 5\n"
-"""Of Bob's point, half a point is lost: he is late by a day and an hour."""
+"""With this rule Bob loses half of his point, because he is late by a day and an hour."""
 
 
 @pytest.fixture
 def late(where: Path) -> Path:
-    """Ada is in time, Bob is late; the program of Eve, who is late, too, does not compile."""
+    """Return a class: Ada is in time and Bob is late. Eve is also late, and her program does not compile."""
     for name, day in (("ada", 20), ("bob", 22), ("eve", 22)):
         stamp = datetime.fromisoformat(f"2026-11-{day}T01:00").timestamp()
         os.utime(where / name / "main.c", (stamp, stamp))

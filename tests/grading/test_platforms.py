@@ -1,4 +1,4 @@
-"""Downloads of learning platforms and folders collected by hand: each student is one submission."""
+"""Downloads of learning platforms, and folders that were collected by hand: each student is one submission."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def test_text_of_blackboard_names_no_other_student(tmp_path: Path) -> None:
 
 
 def test_participant_number_equal_to_another_id_is_rejected(tmp_path: Path) -> None:
-    """Moodle's participant numbers are not the roster's ids."""
+    """Participant numbers of Moodle are not the ids of the roster."""
     name = "Eve Ewe_1815_assignsubmission_file_main.c"
     roster = Roster([Student("1815", "Ada Lovelace"), Student("4242", "Eve Ewe")])
     all_found = found(tree(tmp_path / "class", **{name: b"1"}), roster)

@@ -1,4 +1,4 @@
-"""Reports obey nothing that a stranger wrote, and nobody gets a zero for what was not judged."""
+"""Reports do not execute text of submissions, and a submission that was not judged does not get a zero."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def whole(*submissions: Graded) -> GradedClass:
 
 
 class Page(HTMLParser):
-    """Tags and attributes, as a browser finds them."""
+    """Tags and attributes of a page, as a browser finds them."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -218,7 +218,7 @@ def test_spreadsheet_cells_are_not_formulas(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["a;=1+1", 'a; "=1+1', "a;\u00a0@SUM(A1)", 'a;""+1', "a;;-1;=2"])
 def test_semicolon_spreadsheet_cells_are_not_formulas(name: str) -> None:
-    """A spreadsheet takes the system's separator, a semicolon in half of Europe, and not the file's."""
+    """A spreadsheet uses the separator of the system, in half of Europe a semicolon, and not that of the file."""
     text = grades_csv(whole(graded("7", name=name)))
 
     for cell in text.replace('"', "").split(";"):
@@ -298,7 +298,7 @@ def test_class_page_lists_late_and_unknown_students() -> None:
 
 
 def test_unjudged_check_without_points_does_not_prevent_grade() -> None:
-    """The compiler's warnings of a program that was handed in built."""
+    """A program that was submitted in compiled form has no compiler warnings to check."""
     aside = check("1.w", points=0, max_points=0, outcome="unjudged", unjudged_because="no source")
     one = graded(verdict=verdict(check("1.a", points=2, outcome="passed"), aside))
     row = next(csv.DictReader(io.StringIO(grades_csv(whole(one)))))
@@ -461,7 +461,7 @@ TEST = {
 
 
 def assert_is_gradescopes(results: dict[str, Any]) -> None:
-    """Only documented fields, of the documented types, with documented values."""
+    """Assert that only documented fields exist, with the documented types and values."""
     assert "score" in results or all("score" in test for test in results["tests"])
     for fields, table in [(results, TOP), *((test, TEST) for test in results["tests"])]:
         for name, value in fields.items():
@@ -491,9 +491,9 @@ def test_gradescope_gets_its_documented_fields() -> None:
 )
 @pytest.mark.parametrize("visibility", ["never", "after_due_date"])
 def test_gradescope_shows_nothing_of_hidden_check(visibility: str, late: dict[str, Any]) -> None:
-    """Whether it passes changes only the test that Gradescope hides, and not the student's page either.
+    """A hidden check changes only the test that Gradescope hides, and not the student's page.
 
-    A late penalty needs a total score of all checks, which Gradescope hides as its own.
+    A late penalty needs the total score of all checks, which Gradescope hides as a separate test.
     """
     outcomes = [{"outcome": "passed", "points": 2}, {"outcome": "failed", "points": 0}]
     found = [

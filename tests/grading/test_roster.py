@@ -1,4 +1,4 @@
-"""The class's CSV file, as platforms and spreadsheets write it."""
+"""The class's CSV file in the formats of platforms and spreadsheets."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whose a submission is, and which program is in it."""
+"""Assignment of submissions to students, and selection of the program in each."""
 
 from __future__ import annotations
 
@@ -339,7 +339,7 @@ FLAT = {
 
 
 def flat(pattern: str, files: dict[str, bytes]) -> dict[str, bytes]:
-    """One student's files in a platform's folder for all."""
+    """Return the files of one student in a platform's folder for all students."""
     return {pattern.format(name, n=n): data for n, (name, data) in enumerate(files.items())}
 
 

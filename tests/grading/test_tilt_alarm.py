@@ -32,7 +32,7 @@ needs_compiler = pytest.mark.skipif(
 
 
 def solution() -> str:
-    """The template with the page's additions."""
+    """Return the template with the additions of the page."""
     source = (arm.sources() / "template" / "main.c").read_text(encoding="utf-8")
     return replaced(
         source,

@@ -1,4 +1,4 @@
-"""Worker processes: what one task does to its process costs the others nothing."""
+"""Worker processes: damage that one task does to its process does not affect other tasks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A program that looks for devices at all addresses of a bus makes no mistake."""
+"""A search for devices at all addresses of a bus is not reported as a mistake."""
 
 from __future__ import annotations
 

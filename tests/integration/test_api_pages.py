@@ -1,4 +1,4 @@
-"""The API pages can be built, without a warning, and the examples in the docstrings they show run."""
+"""The API pages build without a warning, and the examples in the docstrings of these pages run."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def found(name: str) -> object:
 
 
 def examples(text: str) -> str:
-    """The literal blocks that are Python, as one program; those that are pictures are left out."""
+    """Return the literal blocks with Python code as one program; diagrams are omitted."""
     program = []
     for block in LITERAL.findall(text + "\n"):
         source = textwrap.dedent(block)
@@ -55,7 +55,7 @@ def test_documented_objects_have_docstrings(kind: str, name: str) -> None:
 
 
 def test_docs_extra_has_all_imports_of_pages() -> None:
-    """Of the packages that other extras name, only those of the extra may be imported."""
+    """Of the packages in other extras, the pages may import only those that the extra docs has, too."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     extras = {
         name: {re.split(r"[<>=~;\[ ]", one)[0].lower() for one in packages}
@@ -78,7 +78,7 @@ def test_docs_extra_has_all_imports_of_pages() -> None:
 def test_examples_in_docstrings_run(
     kind: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """In a folder with a built firmware; docstrings need not import ``Board`` and pytest."""
+    """The folder has a compiled firmware. Docstrings need not import ``Board`` and pytest."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "build").mkdir()
     for file in ("lab3.elf", "build/lab3.elf", "build/mylab.elf"):
@@ -102,7 +102,7 @@ def test_public_names_are_on_page() -> None:
 
 
 def test_every_page_builds_without_warnings(tmp_path: Path) -> None:
-    """As CONTRIBUTING says: python -m sphinx -W -b html docs build/docs"""
+    """The command is that of CONTRIBUTING: python -m sphinx -W -b html docs build/docs"""
     pytest.importorskip("furo", reason="the documentation's tools are not installed: pip install '.[docs]'")
     pytest.importorskip("myst_parser", reason="the documentation's tools are not installed")
     command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html", "docs"]

@@ -46,7 +46,7 @@ def test_broken_attack_is_reported(tmp_path: Path) -> None:
 @linux
 @pytest.mark.parametrize("firmware", ["lab3", "solution"])
 def test_long_run_needs_constant_resources(firmware: str) -> None:
-    """Two hours are ``python -m tests.campaigns.soak``; here the middle of a minute is held against its end."""
+    """``python -m tests.campaigns.soak`` runs two hours. Here the middle of a minute is compared with its end."""
     from tests.campaigns.soak import soak
 
     first, *_, before, middle, last = soak(firmware, 40.0, every_s=10.0)

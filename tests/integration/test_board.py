@@ -132,7 +132,7 @@ def test_print_in_callback_during_print_is_busy() -> None:
 
 
 def test_hal_delay_waits_for_ticks_of_1_ms() -> None:
-    """HAL V1.6.0: the first, partial millisecond counts."""
+    """HAL V1.6.0: the first, partial millisecond counts as a whole one."""
     ends: list[int] = []
 
     def main(hal: VirtualHal) -> None:
@@ -148,10 +148,10 @@ def test_hal_delay_waits_for_ticks_of_1_ms() -> None:
 
 
 def test_100_khz_loses_ticks_and_starves_main() -> None:
-    """Four bursts are 772.5 us at 400 kHz and 3.09 ms at 100 kHz, in a period of 1.25 ms.
+    """Four bursts take 772.5 us at 400 kHz and 3.09 ms at 100 kHz, with a period of 1.25 ms.
 
-    The first callback is that of the flag left by EGR.UG, before the counter runs; after it the main loop has
-    one period to itself.
+    The first callback is caused by the flag of EGR.UG, before the counter runs. After it the main loop has one
+    period.
     """
     board = Board(firmware="lab3")
     board.i2c2.bus.set_speed(100_000)
@@ -202,7 +202,7 @@ def test_all_256_byte_values_go_through_both_ways() -> None:
 
 
 def test_unread_input_overruns_as_on_board() -> None:
-    """The stock firmware never reads: the first byte stays in DR, the rest is lost."""
+    """The stock firmware never reads. The first byte stays in DR, and the other bytes are lost."""
     board = Board(firmware="lab3")
     board.terminal.write("hello")
     board.run_for(0.1)
@@ -240,7 +240,7 @@ def test_bus_fault_is_hal_status(kind: FaultKind, status: int) -> None:
 
 
 def test_silent_sensor_stops_boot_after_banner() -> None:
-    """ST's firmware: initializeAllSensors spins for ever without a message."""
+    """ST's firmware: initializeAllSensors loops without a message."""
     board = Board(firmware="lab3")
     board.i2c2.inject(I2CFault("absent", address=0x1E))
     board.run_for(5)
@@ -265,7 +265,7 @@ SLICED_PS = 2200 * PS_PER_MS
 
 @pytest.fixture(scope="module")
 def whole() -> Board:
-    """A run in one piece, with everything that happened on the bus."""
+    """Return the results of a run in one piece, with all transfers on the bus."""
     board = Board(firmware="lab3", seed=3)
     board.trace.record_all()
     board.run_until_ps(SLICED_PS)
@@ -306,7 +306,7 @@ def test_thirty_boards_are_released() -> None:
 
 
 def test_board_may_be_collected_while_another_runs() -> None:
-    """The garbage collector may run anywhere, also inside another board's firmware."""
+    """The garbage collector may run at any time, also while another board's firmware executes."""
     dropped = [Board(firmware="lab3") for _ in range(3)]
     for board in dropped:
         board.run_for(0.3)
@@ -348,7 +348,7 @@ def test_unusable_values_are_refused_with_kind() -> None:
 
 
 def test_callback_on_busy_bus_is_busy() -> None:
-    """The HAL locks its handle; main loop and interrupt share the bus without a lock."""
+    """The HAL locks its handle. Main loop and interrupt use the bus without another lock."""
     results: set[int] = set()
 
     def main(hal: VirtualHal) -> None:

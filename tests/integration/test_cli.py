@@ -1,4 +1,4 @@
-"""The command line as a user types it: a process, its streams, its exit code."""
+"""The command line for a user: processes, their streams, and their exit codes."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def fcu(*arguments: str, code: int = 0, cwd: Path | None = None) -> subprocess.C
 
 
 def one_line_error(*arguments: str) -> str:
-    """The only line on stderr of a command that is refused; nothing goes to stdout."""
+    """Return the only line on stderr of a command that is refused; stdout must be empty."""
     done = fcu(*arguments, code=2)
     assert done.stdout == b""
     lines = done.stderr.decode().splitlines()
@@ -210,7 +210,7 @@ def test_seed_0_overrides_scenario() -> None:
 
 @pytest.mark.parametrize("firmware", ["lab3", "solution"])
 def test_plain_run_loads_no_needless_modules(firmware: str) -> None:
-    """Schemas of scenarios, readers of debug information: each would be a tenth of the start."""
+    """Schemas of scenarios and readers of debug information would each take a tenth of the start time."""
     command = [sys.executable, "-X", "importtime", "-m", "fcu_emulator", "run", firmware, "--duration", "3ms"]
     done = subprocess.run([*command, "--speed", "max"], capture_output=True, encoding="utf-8", check=True)
     loaded = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}

@@ -1,4 +1,4 @@
-"""``fcu build``: the file that make builds, without make, and the places where a compiler is found."""
+"""``fcu build`` creates the same file as make, without make, and searches for a compiler."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_build_gives_bytes_of_make(bus: str, opt: str, project: Path) -> None:
 
 @pytest.fixture
 def only_gcc(tmp_path: Path) -> str:
-    """A PATH with the compiler and without make."""
+    """Return a PATH with the compiler and without make."""
     assert GCC is not None
     folder = tmp_path / "bin"
     folder.mkdir()
@@ -178,7 +178,7 @@ def test_check_finds_compiler_outside_path(project: Path, tmp_path: Path) -> Non
 
 
 def windows(root: Path) -> dict[str, str]:
-    """Variables of a Windows whose drive is the folder ``root``."""
+    """Set the variables of a Windows system whose drive is the folder ``root``."""
     return {
         "PATH": "",
         "SystemDrive": str(root),
@@ -200,7 +200,7 @@ def put_compiler(folder: Path, system: str) -> Path:
 @pytest.mark.skipif(shutil.which(COMPILER) is None, reason=f"{COMPILER} is not installed")
 @pytest.mark.parametrize("fails", [False, True])
 def test_restored_file_is_compiled_again(project: Path, fails: bool) -> None:
-    """Also after a build that has failed when it had compiled the changed file."""
+    """This also applies after a failed build that has compiled the changed file."""
     main, board, elf = project / "main.c", project / "support" / "board.c", project / "lab3.elf"
     kept, times, right = board.read_text(), (board.stat().st_atime, board.stat().st_mtime), main.read_text()
     fcu("build", folder=project)

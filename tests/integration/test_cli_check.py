@@ -1,4 +1,4 @@
-"""``fcu check`` as a student types it: what the screen says, and the exit code."""
+"""``fcu check`` for a student: its screen and its exit code."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def fcu(*arguments: str, folder: Path = ROOT, path: str | None = None) -> subpro
 
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
-    """What ``fcu new mylab`` gives."""
+    """Return the project that ``fcu new mylab`` creates."""
     fcu("new", "mylab", folder=tmp_path)
     return tmp_path / "mylab"
 
@@ -69,18 +69,18 @@ def test_solution_passes() -> None:
 
 
 def next_steps(screen: str) -> str:
-    """Return the end of a screen: the advice and the commands."""
+    """Return the end of a screen: the next steps and the commands."""
     return screen.partition("\nNext\n")[2]
 
 
 def commands_of(screen: str) -> list[list[str]]:
-    """Return the commands at the end of a screen, without the comments behind them."""
+    """Return the commands at the end of a screen, without the comments after them."""
     lines = next_steps(screen).splitlines()
     return [shlex.split(line, comments=True) for line in lines if line.startswith("    fcu ")]
 
 
 def line_with(text: str, part: str) -> str:
-    """Return the only line of a text that has a part."""
+    """Return the only line of a text that contains ``part``."""
     (line,) = [line for line in text.splitlines() if part in line]
     return line
 
@@ -121,7 +121,7 @@ def test_printed_command_replays_failed_check(tmp_path: Path) -> None:
 
 
 def test_hint_option_shows_one_more_hint(words: Words) -> None:
-    """Two checks have one at once; each --hint shows one more of the first, until there are no more."""
+    """Two checks have one hint at first. Each --hint shows one more hint of the first check, until there are no more."""
     none, two, all_of_them = (
         fcu("check", "template-arm", *QUICK, *["--hint"] * count).stdout for count in (0, 2, 5)
     )
@@ -141,7 +141,7 @@ def test_hint_option_shows_one_more_hint(words: Words) -> None:
 
 @needs_compiler
 def test_next_hint_is_offered_beside_cause(tmp_path: Path, words: Words) -> None:
-    """A cause is shown below the checks, and the hints of the checks with it."""
+    """A cause is shown below the checks, together with the hints of the checks."""
     program = student_programs.programs("exercises.toml")["wrong_axis_in_root"]
     elf = str(student_programs.build(program, "Og", tmp_path))
     first, last = (fcu("check", elf, "--exercise", "3", *["--hint"] * count).stdout for count in (0, 3))
@@ -156,7 +156,7 @@ def test_next_hint_is_offered_beside_cause(tmp_path: Path, words: Words) -> None
 
 @needs_compiler
 def test_no_hint_is_announced_while_hints_are_hidden(tmp_path: Path, words: Words) -> None:
-    """Ticks that are lost are fixed first."""
+    """The lost ticks must be fixed first."""
     program = student_programs.programs("exercises.toml")["short_delay_in_callback"]
     elf = str(student_programs.build(program, "Og", tmp_path))
     done = fcu("check", elf, "--exercise", "1", "--hint").stdout
@@ -168,7 +168,7 @@ def test_no_hint_is_announced_while_hints_are_hidden(tmp_path: Path, words: Word
 
 
 def test_check_leaves_no_files_behind(tmp_path: Path) -> None:
-    """Not even a folder of Hypothesis, which calls getAltitude() with generated numbers."""
+    """Hypothesis, which calls getAltitude() with generated numbers, must not leave its folder either."""
     fcu("check", "solution", *QUICK, folder=tmp_path)
 
     assert list(tmp_path.iterdir()) == []
@@ -187,7 +187,7 @@ def test_each_requirement_that_is_not_met_is_named(tmp_path: Path) -> None:
 
 @needs_compiler
 def test_broken_law_is_saved_as_failing_scenario(project: Path, tmp_path: Path) -> None:
-    """A pitch that is wrong only beyond 83 degrees, where no run of the rubric is."""
+    """The pitch is wrong only beyond 83 degrees, which no run of the rubric reaches."""
     code = solved()
     right = "  pitch = pitch * DEGREES;\n"
     assert right in code[0]
@@ -273,7 +273,7 @@ def test_failed_build_is_not_judged(project: Path, words: Words) -> None:
 
 @needs_compiler
 def test_misspelt_function_is_named_with_its_line(project: Path) -> None:
-    """The compiler only warns of it; what the linker says last is that something failed."""
+    """The compiler only warns about it, and the linker's last line only says that something failed."""
     change(project / "main.c", "    HAL_Delay(1000);", "    HAL_delay(1000);")
     line = 1 + (project / "main.c").read_text(encoding="utf-8").split("HAL_delay")[0].count("\n")
     done = fcu("check", str(project))

@@ -27,7 +27,7 @@ def fcu(**environment: str) -> subprocess.CompletedProcess[str]:
 
 
 def completed(shell: str, *words: str) -> set[str]:
-    """What the shell offers for the last word."""
+    """Return the completions that the shell offers for the last word."""
     line = " ".join(("fcu", *words))
     done = fcu(_FCU_COMPLETE=f"{shell}_complete", COMP_WORDS=line, COMP_CWORD=completed_word(shell, words))
     assert (done.returncode, done.stderr) == (0, "")

@@ -1,4 +1,4 @@
-"""``fcu move``: a board that runs is moved from another terminal."""
+"""``fcu move``: a running board is moved from another terminal."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ FLAT = {"roll_deg": 1.0, "pitch_deg": 2.0, "yaw_deg": 3.0, "altitude_m": 0.0}
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A runtime folder of this test's own."""
+    """Return a runtime folder for this test."""
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     monkeypatch.setenv("LOCALAPPDATA", str(tmp_path))
 
 
 @contextlib.contextmanager
 def running(board: Board) -> Iterator[Board]:
-    """The board in real time, with its door, as ``fcu run`` has it."""
+    """Run a board in real time, with a control server as in ``fcu run``."""
     with contextlib.closing(ControlServer("lab3", [], ControlRequests(board).answer)) as door:
         runner = Runner(board, [], None, 1.0)
         thread = threading.Thread(target=lambda: runner.run(lambda _: door.serve()))
@@ -107,7 +107,10 @@ def test_every_page_button_is_working_gesture() -> None:
 
 
 def test_calibration_gesture_is_drawn_as_by_hand() -> None:
-    """Not along the field: the middle of the extremes is near the hard iron, but not exact, at a hand's rates."""
+    """The motion is not along the field.
+
+    At the rates of a hand, the middle of the extremes is near the hard iron, not exact.
+    """
     board = Board(ideal=True)
     board.world.set_hard_iron(120, -80, 45)
     for entry in entries(options("figure_eight"), FLAT):

@@ -1,4 +1,4 @@
-"""``fcu terminal`` with a board that runs: found by itself, on pipes, on a console, on that of Windows."""
+"""``fcu terminal`` with a running board: it finds the board, and works with pipes, consoles and Windows consoles."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ TERMINAL = [sys.executable, "-m", "fcu_emulator", "terminal"]
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A runtime folder of this test's own."""
+    """Return a runtime folder for this test."""
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     monkeypatch.setenv("LOCALAPPDATA", str(tmp_path))
     return tmp_path / "fcu-emulator"
@@ -37,7 +37,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @contextlib.contextmanager
 def served(link: TcpLink, door: ControlServer | None = None) -> Iterator[bytearray]:
-    """A board's side of things, in a thread; what is typed to it."""
+    """Serve a board in a thread, and record the input that it receives."""
     typed, over = bytearray(), threading.Event()
 
     def run() -> None:
@@ -315,7 +315,7 @@ def test_terminal_that_is_killed_restores_console() -> None:
 
 
 class WindowsKeys:
-    """``msvcrt.getwch`` and ``kbhit``: what they give for keys, each as it comes from the console."""
+    """Replacement for ``msvcrt.getwch`` and ``kbhit``, with the codes of keys in the order of the console."""
 
     def __init__(self, *keys: str) -> None:
         self._keys = [list(one) for one in keys]

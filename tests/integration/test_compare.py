@@ -1,4 +1,4 @@
-"""Two runs side by side: what counts as the same, and that differences of real firmwares are found."""
+"""Comparison of two runs: equal results, and the differences of real firmwares."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ SHORT_PS = 3 * PS_PER_S  # boot takes 1 s: two blocks are printed
 
 
 def run(*texts: str, sequence: str = TERMINAL, every_ps: int = PS_PER_S, end_ps: int = END_PS) -> Observation:
-    """A run that did one thing each second from 1 s on."""
+    """Return a run that did one action each second from 1 s on."""
     return Observation(
         end_ps,
         {sequence: [ObservedItem(number * every_ps, text) for number, text in enumerate(texts, start=1)]},
@@ -148,7 +148,7 @@ def test_timing_within_tolerance_is_not_difference() -> None:
 
 
 def test_run_may_fall_behind_steadily() -> None:
-    """15 ms more in each loop are 120 ms after eight of them."""
+    """A delay of 15 ms in each pass is 120 ms after eight passes."""
     lines = [f"{number}\n" for number in range(8)]
     slower = run(*lines, every_ps=PS_PER_S + 15 * PS_PER_MS)
 
@@ -189,7 +189,7 @@ def test_unequal_runs_are_compared_up_to_shorter() -> None:
 
 
 def test_both_banners_are_equal() -> None:
-    """The slides show FH, ST's source says FW; every comparison takes either."""
+    """The slides have FH and ST's source has FW. Every comparison accepts both."""
     banners = [f"STEVAL-FCU001V1 {word} rev.1.0 - Sep 2017\n" for word in ("FH", "FW", "FX")]
 
     assert not compare(run(banners[0]), run(banners[1]))
@@ -249,7 +249,7 @@ def test_numbers_can_be_ignored_in_every_line() -> None:
 
 
 def test_sequence_of_one_run_is_not_compared() -> None:
-    """A replayed firmware writes no registers."""
+    """A replayed firmware does not write registers."""
     assert not compare(run("a\n"), run("on", sequence="LED1"))
 
 
@@ -266,7 +266,7 @@ def test_largest_deviations_suggest_tolerance() -> None:
 
 
 def test_lines_begin_at_their_first_byte() -> None:
-    """A frame has ten bits of 729 / 84 MHz (RM0368 section 19.3.4); the CR belongs to the line before."""
+    """A frame has ten bits of 729 / 84 MHz (RM0368 section 19.3.4). The CR belongs to the previous line."""
 
     def main(hal: VirtualHal) -> None:
         hal.HAL_UART_Transmit(b"one\n\r", 100)
@@ -313,7 +313,7 @@ def test_failed_firmware_differs_from_running_one() -> None:
 
 @pytest.mark.parametrize("name", scenario_names())
 def test_firmware_equals_itself_and_differs_from_faulty(name: str) -> None:
-    """The fault: TIM9 at an eighth of its rate, which on a desk shows only in how long the text takes."""
+    """TIM9 runs at an eighth of its rate, which on a desk shows only in the duration of the text."""
     lab3 = observed(name)
 
     assert lab3.sequences[TERMINAL]
@@ -334,7 +334,7 @@ def test_another_board_of_class_prints_other_numbers(name: str) -> None:
 
 
 def test_wrong_threshold_shows_first_on_led() -> None:
-    """LED1 is on above 80 degrees of pitch, not 70; later the scenario tilts the roll, which LED2 shows."""
+    """LED1 is on above 80 degrees of pitch, not 70. Later the scenario tilts the roll, which LED2 shows."""
     duration_ps = load_scenario("led_x").duration_ps
     differences = compare(
         observed("led_x", end_ps=duration_ps),
@@ -390,7 +390,7 @@ def test_diff_refuses_in_one_line(arguments: list[str], problem: str) -> None:
 
 
 def test_run_with_too_many_events_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Firmware that storms its pins cannot fill the memory: what is kept is counted while it runs."""
+    """Firmware that toggles its pins very often cannot fill the memory: stored events are counted during the run."""
     monkeypatch.setattr(observation, "MOST_EVENTS", 30)
     board = Board("template", scenario="flat")
 

@@ -1,4 +1,4 @@
-"""Data passes through few files of the emulator, and through no more than before."""
+"""Data passes through few files of the emulator; the numbers must not increase."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ AT_MOST = {
     "printf byte -> terminal": (8, 0, 5),
     "I2C read -> sensor": (11, 0, 6),
 }
-"""Files in Python, files of other packages than ``scenario``, files in C."""
+"""Maximum numbers: files in Python, files of packages other than ``scenario``, files in C."""
 LINE = re.compile(r"^(\S.*?) +(\d+)(?:\+(\d+))? files in Python(?:, (\d+) in C)?$", re.MULTILINE)
 
 
 @cache
 def measured() -> dict[str, tuple[int, int, int]]:
-    """Return the counts of a new process, in which nothing is imported yet."""
+    """Return the counts of a new process, in which no module is imported yet."""
     done = subprocess.run(
         [sys.executable, "-m", "tests.support.data_paths"],
         cwd=ROOT,
@@ -58,7 +58,7 @@ def test_function_is_in_its_c_file(file: str, function: str) -> None:
 
 
 def test_architecture_page_names_files_of_data_paths() -> None:
-    """Each section's files are among those whose functions were called."""
+    """The files in each section are among those whose functions were called."""
     names = [
         "attitude set -> register byte",
         "printf byte -> terminal",

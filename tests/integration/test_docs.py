@@ -1,4 +1,4 @@
-"""Every example in the documentation runs, and shows what it says; what a page names is there."""
+"""Every example in the documentation runs and has the shown output, and named files exist."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def text_of(page: Path) -> str:
 
 
 def blocks(language: str) -> list[object]:
-    """Each block of one language, named by its page and number."""
+    """Yield each block of one language, named by its page and number."""
     return [
         pytest.param(text, id=f"{page.stem}-{number}")
         for page in PAGES
@@ -60,7 +60,7 @@ def fcu(command: str, folder: Path | None = None, *, check: bool = True) -> subp
 
 @pytest.mark.parametrize("source", blocks("python"))
 def test_python_examples_run(source: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Tests among them are given to pytest."""
+    """Examples that contain tests are run with pytest."""
     monkeypatch.chdir(tmp_path)
     if source.startswith(recipe.FILES):  # imported already, from this page
         return
@@ -75,7 +75,7 @@ def test_python_examples_run(source: str, tmp_path: Path, monkeypatch: pytest.Mo
 
 @pytest.mark.parametrize("session", blocks("console"))
 def test_console_examples_print_their_output(session: str) -> None:
-    """What follows ``$ command`` is its output; ``...`` is the rest, spaces at line ends do not show."""
+    """The text after ``$ command`` is its output. ``...`` replaces other output, and spaces at line ends do not count."""
     command, _, shown = session.partition("\n")
     assert command.startswith("$ fcu ")
     expected = [line.rstrip() for line in shown.rstrip("\n").split("\n")]
@@ -105,7 +105,7 @@ def test_scenario_examples_hold(text: str, tmp_path: Path) -> None:
 
 
 def anchors(page: Path) -> set[str]:
-    """Of its headings, as GitHub and MyST make them: lower case, hyphens for spaces, without punctuation."""
+    """Return the anchors of headings on GitHub and in MyST: lower case, hyphens for spaces, no punctuation."""
     headings = re.findall(r"^#+ (.*)$", re.sub(r"(?ms)^```.*?^```$", "", text_of(page)), re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
@@ -125,7 +125,7 @@ def test_tests_that_page_names_exist(page: Path) -> None:
 
 
 def test_index_of_decisions_is_up_to_date() -> None:
-    """When it is not: python building/decisions.py"""
+    """If it is outdated: python building/decisions.py"""
     script = runpy.run_path(str(ROOT / "building" / "decisions.py"))
     page = text_of(ROOT / "docs" / "decisions.md")
 
@@ -171,7 +171,7 @@ def test_ci_runs_readmes_test_command() -> None:
 
 
 def test_readme_picture_moves_for_eight_seconds() -> None:
-    """``python building/picture.py`` records it."""
+    """``python building/picture.py`` creates the picture."""
     file = ROOT / "docs" / "run.webp"
     shown_ms = []
     with Image.open(file) as picture:

@@ -1,6 +1,7 @@
-"""Commands in the documentation's shell blocks are executed as they are typed, among a student's files.
+"""Commands in the shell blocks of the documentation are executed among a student's files.
 
-What installs something, builds the package or runs the tests is not executed: what it names must be there.
+Commands that install a program, build the package or run the tests are not executed, but the files that they name
+must exist.
 """
 
 from __future__ import annotations
@@ -20,16 +21,16 @@ from fcu_emulator.firmware_model.arm import prebuilt
 from tests.integration.test_docs import LAB, ROOT, blocks, fcu
 
 KNOWN = {".", "pip", "pytest", "git", "pre-commit", "sphinx", "ruff", "mypy", "towncrier"}
-"""Named but not run: they change the environment, take long, or are run by other tests."""
+"""Programs that are not run, because they change the environment, take long, or are run by other tests."""
 CUT_SHORT = (0, 1, 4)
-"""Exit codes of a scenario that has not come to its end: what it expects later has not been seen."""
+"""Exit codes of a scenario that was ended early, so that later expectations were not checked."""
 CAN_COMPILE = shutil.which("arm-none-eabi-gcc") is not None and shutil.which("make") is not None
 RUBRIC = next(block.values[0] for block in blocks("toml") if "[[exercise]]" in block.values[0])
 WORKFLOW = re.compile(r"^ +- run: ((?:fcu|make).*)$", re.MULTILINE)
 
 
 def commands(block: str) -> list[tuple[str, bool]]:
-    """Each command of a block, and whether its comment says that it must fail."""
+    """Return each command of a block, and whether its comment says that it must fail."""
     found = []
     for line in block.strip().splitlines():
         command, _, comment = line.partition("  #")
@@ -38,7 +39,7 @@ def commands(block: str) -> list[tuple[str, bool]]:
 
 
 def desk(folder: Path) -> Path:
-    """What a student or a teacher has before typing."""
+    """Return a folder with the files that a student or a teacher has before typing."""
     shutil.copyfile(prebuilt("solution", "I2C2"), folder / "lab3.elf")
     shutil.copyfile(ROOT / "scenarios" / "led_x.toml", folder / "my_scenario.toml")
     (folder / "mine.toml").write_text(RUBRIC, encoding="utf-8")
@@ -47,7 +48,7 @@ def desk(folder: Path) -> Path:
 
 
 def with_an_end(command: str) -> str:
-    """Runs that would go on until Ctrl-C or wait for a debugger end soon; scenarios and comparisons, too."""
+    """Return the command with an end for runs that would continue until Ctrl-C or wait for a debugger."""
     if command.startswith(("fcu run", "fcu diff")):
         command += " --duration 1500ms"
     if command.startswith("fcu web"):
@@ -57,7 +58,7 @@ def with_an_end(command: str) -> str:
 
 
 def execute(command: str, fails: bool, folder: Path) -> Path:
-    """Give the folder in which the next command runs."""
+    """Run a command, and return the folder for the next one."""
     program, *arguments = shlex.split(command)
     program = program.removeprefix(".venv/bin/")
     if command.startswith(("fcu terminal", "fcu move")):
@@ -82,7 +83,7 @@ def execute(command: str, fails: bool, folder: Path) -> Path:
 
 
 def is_there(arguments: list[str]) -> None:
-    """A script of this repository, or a module."""
+    """Return whether a script of this repository, or a module, exists."""
     if arguments[0] == "-m":
         assert arguments[1] in KNOWN or importlib.util.find_spec(arguments[1]), arguments
     else:

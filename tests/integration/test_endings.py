@@ -1,4 +1,4 @@
-"""Commands that are asked to end: one line, the exit code of an interruption, and no file left behind."""
+"""Interrupted commands print one line, have the exit code of an interruption, and leave no files."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ linux = pytest.mark.skipif(sys.platform != "linux", reason="/proc")
 
 @pytest.fixture
 def folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
-    """The folders in which commands leave what others find, and temporary files."""
+    """Set the folders of temporary files and of files for other commands."""
     made = [tmp_path / "runtime", tmp_path / "temporary"]
     for folder in made:
         folder.mkdir(mode=0o700)
@@ -49,7 +49,7 @@ def started(*arguments: str | Path) -> subprocess.Popen[str]:
 
 
 def until(process: subprocess.Popen[str], pattern: str) -> Iterator[str]:
-    """The lines of standard error up to one that matches."""
+    """Yield the lines of standard error up to a matching line."""
     assert process.stderr is not None
     for line in process.stderr:
         yield line
@@ -166,7 +166,7 @@ sys.meta_path.insert(0, Signals())
 sys.argv = ["fcu", "run", "lab3", "--duration", "10ms", "--speed", "max"]
 main()
 """
-"""A run that gets a signal while it loads a module, and with it those that need that one."""
+"""A run that receives a signal while it loads a module, and thus while it loads the modules that need it."""
 
 
 @pytest.mark.parametrize(
@@ -199,7 +199,7 @@ dataclasses.Field.__set_name__ = set_name
 sys.argv = ["fcu", "run", "lab3", "--duration", "10ms", "--speed", "max"]
 main()
 """
-"""Python 3.11 raises RuntimeError for whatever is raised there."""
+"""Python 3.11 raises RuntimeError for any exception that is raised at this place."""
 
 
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
@@ -228,7 +228,7 @@ def interrupted(*arguments, **options):
 sys.argv = ["fcu", *{command!r}]
 main()
 """
-"""A command that gets a signal before or after a call, and another whenever the cleanup calls it again."""
+"""A command that receives a signal before or after a call, and another one each time the cleanup repeats the call."""
 LINKS = "fcu_emulator.emulator.links."
 RUN = ("run", "lab3", "--speed", "1", "--serial", "pty", "--duration", "10ms")
 WEB = ("web", "--no-browser", "--duration", "10ms")
@@ -300,7 +300,7 @@ def test_recording_to_non_file_is_refused_at_once(make: Callable[[Path], None], 
 
 
 def _wait_until_loaded(process: subprocess.Popen[str], *, worker: bool = False) -> None:
-    """Poll until the process, or its worker, has the chip's library: it is about to run the firmware."""
+    """Poll until the process or its worker has loaded the chip's library, so that it will run the firmware soon."""
     while True:
         assert process.poll() is None, process.communicate()
         threads = Path(f"/proc/{process.pid}/task").glob("*/children")

@@ -1,4 +1,4 @@
-"""What ``fcu`` tells whoever started it: the verdict in one number, and no byte lost unseen."""
+"""Exit codes of ``fcu``: one number for the verdict, and no undetected loss of output."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def fcu(
     before: str = "",
     after: str = "",
 ) -> subprocess.CompletedProcess[str]:
-    """One command; ``before`` and ``after`` are what a shell is told in addition."""
+    """Run one command. ``before`` and ``after`` are shell text around the command."""
     command = [sys.executable, "-m", "fcu_emulator", *map(str, arguments)]
     if before or after:
         command = ["sh", "-c", f'{before} "$@" {after}', "sh", *command]
@@ -184,7 +184,7 @@ def test_closed_reader_has_its_exit_code(arguments: tuple[str, ...]) -> None:
     ids=" ".join,
 )
 def test_closing_reader_ends_every_command(arguments: tuple[str, ...]) -> None:
-    """``| head -1``: no message about it; only a verdict, which is not on standard output."""
+    """With ``| head -1`` there is no message about the closed pipe. Only a verdict is printed, on standard error."""
     with subprocess.Popen(
         [sys.executable, "-m", "fcu_emulator", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE
     ) as process:
@@ -276,7 +276,7 @@ def test_invalid_port_name_is_refused(tmp_path: Path, name: str) -> None:
 @posix
 @pytest.mark.parametrize("megabytes", [100, 250, 400, 600])
 def test_machine_without_memory_is_not_judged(tmp_path: Path, megabytes: int) -> None:
-    """Whatever it is that cannot be had: a library, a thread, an array."""
+    """The missing resource may be a library, a thread, or an array."""
     path = write(tmp_path, SECOND + GOOD)
     done = fcu("run", "--scenario", path, "--speed", "max", before=f"ulimit -v {megabytes << 10};")
     assert done.returncode in (PASSED, NOT_JUDGED) or done.returncode >= 126, done.stderr
@@ -285,7 +285,7 @@ def test_machine_without_memory_is_not_judged(tmp_path: Path, megabytes: int) ->
 @posix
 @pytest.mark.parametrize("name", ["SIGHUP", "SIGINT", "SIGTERM"])
 def test_run_with_ignored_signal_continues(name: str) -> None:
-    """``nohup`` and a script's ``&`` start a program with the signal ignored."""
+    """``nohup`` and a script's ``&`` start a program that ignores the signal."""
     command = f"trap '' {name[3:]}; exec '{sys.executable}' -m fcu_emulator run --duration 1100ms --speed 1"
     process = subprocess.Popen(
         ["sh", "-c", command],
@@ -323,7 +323,7 @@ def test_run_that_is_interrupted_is_not_judged(tmp_path: Path, words: Words) -> 
 
 
 def test_interrupt_in_destructor_is_repeated() -> None:
-    """In a destructor nothing can be raised: Python prints it and goes on."""
+    """An exception cannot leave a destructor: Python prints it and continues."""
     program = """
 import signal
 from fcu_emulator.emulator import cli

@@ -1,4 +1,4 @@
-"""The fidelity table of docs/fidelity-tables.md is the code's own account of itself, and is up to date."""
+"""The table of docs/fidelity-tables.md is generated from the code and is up to date."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def fcu(*arguments: str) -> str:
 
 
 def test_pages_table_is_up_to_date() -> None:
-    """When it is not: python -m fcu_emulator.emulator.analysis.fidelity docs/fidelity-tables.md"""
+    """If it is outdated: python -m fcu_emulator.emulator.analysis.fidelity docs/fidelity-tables.md"""
     text = (ROOT / "docs" / "fidelity-tables.md").read_text(encoding="utf-8")
     assert rewrite(text) == text
 
@@ -102,7 +102,7 @@ def test_every_function_has_name_and_source(name: str) -> None:
 
 @parts
 def test_fields_without_behaviour_are_named(name: str) -> None:
-    """The same bits, once from the maps and once as a user sees them, in every bank."""
+    """In every bank, the bits of the register maps are the same as those that a user sees."""
     names = []
     for bank in SENSORS[name].maps().values():
         for register in bank.registers:

@@ -1,4 +1,4 @@
-"""The kinds of checks that only rubrics have: what they say of a right program, and of a wrong one."""
+"""The types of checks that only rubrics have, with a correct and with a wrong program."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ needs_compiler = pytest.mark.skipif(
 
 
 def judged(folder: Path, expectation: str, firmware: str | Path, build_log: str | None = None) -> CheckResult:
-    """One check of one expectation, on a board that lies still for two and a half seconds."""
+    """Return the result of one expectation on a board that lies still for two and a half seconds."""
     file = folder / "one.toml"
     file.write_text(
         f"""\
@@ -137,7 +137,7 @@ def test_internal_error_costs_only_its_check(tmp_path: Path, monkeypatch: pytest
 
 @needs_compiler
 def test_several_counterexamples_are_described_as_one(tmp_path: Path) -> None:
-    """Without the horizontal part, each sample outside of one is another way to be wrong."""
+    """If the horizontal part is missing, each sample outside of it violates the law in another way."""
     program = Program(
         "caret",
         "^ for a square",

@@ -1,4 +1,4 @@
-"""``fcu run --isolate`` and :mod:`fcu_emulator.emulator.host.isolation`: a worker that dies is nobody's wrong answer."""
+"""``fcu run --isolate`` and :mod:`fcu_emulator.emulator.host.isolation`: a worker's crash is not a wrong answer."""
 
 from __future__ import annotations
 
@@ -127,7 +127,10 @@ def test_exhausted_memory_is_not_judged(program: str, words: Words) -> None:
 
 
 def test_worker_may_put_itself_under_limits_again() -> None:
-    """As one that does many tasks: the second call does not shorten what the first has left."""
+    """A worker that does many tasks calls it for each.
+
+    The second call does not reduce the remaining limits of the first.
+    """
     code = (
         "from fcu_emulator.emulator.host.isolation import WorkerLimits\n"
         "[WorkerLimits(cpu_s=5).apply() for _ in range(3)]; print('done')"
@@ -152,7 +155,7 @@ def test_limit_out_of_range_is_refused(name: str, number: int) -> None:
 
 @pytest.fixture
 def program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    """A module that does as it is told."""
+    """Write a module with this program."""
     (tmp_path / "told.py").write_text("import os, signal, sys\nexec(sys.argv[1])\n", encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
     return "told"
@@ -189,7 +192,7 @@ def workers(process: subprocess.Popen[str]) -> list[int]:
 
 
 def started(*arguments: str | Path, group: bool = False) -> subprocess.Popen[str]:
-    """An isolated run that has printed something."""
+    """Start an isolated run, and wait until it has printed some text."""
     process = subprocess.Popen(
         [sys.executable, "-m", "fcu_emulator", "run", *map(str, arguments), "--isolate", "--speed", "1"],
         stdin=subprocess.DEVNULL,
@@ -218,7 +221,7 @@ def test_killed_worker_is_not_judged(tmp_path: Path, words: Words) -> None:
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
 @pytest.mark.parametrize("everybody", [False, True], ids=["parent", "both"])
 def test_request_to_end_reaches_worker_once(name: str, everybody: bool) -> None:
-    """Only the parent gets it, as from ``kill``, or both do, as with Ctrl-C in a terminal."""
+    """The signal goes only to the parent, as from ``kill``, or to both, as for Ctrl-C in a terminal."""
     process = started("--duration", "300s", group=everybody)
     (worker,) = workers(process)
     if everybody:

@@ -1,4 +1,4 @@
-"""A program judged: points, outcomes, evidence; and that a verdict survives its way through JSON."""
+"""Judgement of a program: points, outcomes, evidence. A verdict does not change in its conversion to JSON and back."""
 
 from __future__ import annotations
 

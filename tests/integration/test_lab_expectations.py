@@ -1,4 +1,4 @@
-"""Labs with other lines, conditions and thresholds than LAB3: what a run of them finds."""
+"""Labs with other lines, conditions and thresholds than LAB3: the findings of their runs."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ LED_LINE = ALARM.replace('quantity = "roll", beyond = 45, margin = 0.5', 'led = 
 
 
 class Tilt(LabFirmware):
-    """A program that knows pitch and roll; ``lit`` and ``said`` are decided by a test."""
+    """A program that knows pitch and roll. A test determines ``lit`` and ``said``."""
 
     lit: Callable[[Tilt], bool] = staticmethod(lambda program: abs(program.roll) > 45)
     said: Callable[[Tilt], str] = staticmethod(lambda program: "ALARM" * (abs(program.roll) > 45))
@@ -38,7 +38,7 @@ class Tilt(LabFirmware):
     prints = 0
 
     def HAL_TIM_PeriodElapsedCallback(self) -> None:
-        """Refresh the angles and the LED."""
+        """Update the angles and the LED."""
         self.ReadSensorRawData()
         x, y, z = self.acc.AXIS_X, self.acc.AXIS_Y, self.acc.AXIS_Z
         self.roll = math.degrees(math.atan2(y, math.hypot(x, z)))
@@ -46,7 +46,7 @@ class Tilt(LabFirmware):
         self.led1.switch(self.lit(self))
 
     def loop(self) -> None:
-        """Say what is to be said."""
+        """Print the text of ``said``."""
         text = self.said(self)
         if text:
             self.prints += 1
@@ -55,7 +55,7 @@ class Tilt(LabFirmware):
 
 
 def program(**changes: object) -> Callable[[Hal], LabFirmware]:
-    """The right program, with changes."""
+    """Return the correct program with changes."""
     changed = {name: staticmethod(one) if callable(one) else one for name, one in changes.items()}
     return type("Changed", (Tilt,), changed)
 
@@ -107,7 +107,7 @@ PASSING = '[[timeline]]\ndo = "rotate_to"\nroll_deg = 60\nat = "2s"\nfor = "1s"\
 
 
 def test_findings_give_angle_of_their_moment(tmp_path: Path) -> None:
-    """A program with the threshold 40 is on its way from 0 to 60 degrees."""
+    """With the threshold 40, the program is in a motion from 0 to 60 degrees."""
     low = program(
         lit=lambda one: abs(one.roll) > 40, said=lambda one: "ALARM" * (abs(one.roll) > 40), every_ms=3
     )
@@ -123,7 +123,7 @@ def test_findings_give_angle_of_their_moment(tmp_path: Path) -> None:
 
 
 def test_threshold_is_named_if_it_is_proven_wrong(tmp_path: Path) -> None:
-    """Passing from 0 to 60 degrees proves 30 wrong, and says more than that it is from 0 to 60."""
+    """A motion from 0 to 60 degrees proves that 30 is wrong. This is more than a range from 0 to 60 says."""
     text = IDEAL.replace("schema = 1", 'schema = 1\nduration = "5s"') + PASSING + LED
     (wrong,) = played(tmp_path, text, program(lit=lambda one: abs(one.roll) > 30)).findings
     low, high = map(float, re.findall(r"between ([0-9.]+) and ([0-9.]+)", wrong.seen)[0])

@@ -1,4 +1,4 @@
-"""The C library: built beside its sources, loaded from there, and told of where it is missing or stale."""
+"""The C library: built beside its sources, loaded from there, and messages if it is missing or outdated."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ SHORT = "--duration", "1.5s", "--speed", "max", "-q"
 
 @pytest.fixture
 def clone(tmp_path: Path) -> Path:
-    """What a clone has; without a library."""
+    """Return a clone without a library."""
     return copied_clone(tmp_path / "clone")
 
 
 def copied_clone(folder: Path) -> Path:
-    """Copy what a clone has, but the library, into a new folder."""
+    """Copy the files of a clone except the library into a new folder."""
     for name in (*PACKAGES, "fcu_emulator", "building"):
         ignored = shutil.ignore_patterns("__pycache__", "generated", native.library_name())
         shutil.copytree(ROOT / name, folder / name, ignore=ignored)
@@ -52,7 +52,7 @@ def files(folder: Path) -> set[str]:
 
 
 def new_environment(folder: Path) -> Path:
-    """A virtual environment with the packages of this one, but not ours: where its programs are."""
+    """Create a virtual environment with the packages of this one except fcu-emulator; return its folder of programs."""
     venv.create(folder)
     place = {"base": str(folder), "platbase": str(folder)}
     packages = Path(sysconfig.get_path("purelib", "venv", place))
@@ -72,7 +72,7 @@ def run(folder: Path, *arguments: str | Path, **environment: str) -> subprocess.
 
 
 def pip(folder: Path, *arguments: str | Path, **environment: str) -> subprocess.CompletedProcess[str]:
-    """With what is here already, and no network."""
+    """Run pip with the packages that are installed here, and without the network."""
     without = "--no-deps", "--no-index", "--no-build-isolation"
     return run(folder, "-m", "pip", "-q", *arguments, *without, **environment)
 

@@ -1,4 +1,4 @@
-"""Callers of the page's port that are not a page: answered or hung up on, in few lines on the terminal."""
+"""Clients of the page's port that are not a page get an answer or are disconnected, with few lines on the terminal."""
 
 from __future__ import annotations
 
@@ -26,23 +26,23 @@ UPGRADE = (
 
 
 class IdleSession:
-    """A session that does nothing, and counts its pages."""
+    """A session that does nothing except count its pages."""
 
     def __init__(self) -> None:
         self.pages = 0
         self.came = threading.Event()
 
     def post(self, client: object, command: messages.PageCommand) -> bool:
-        """Take everything."""
+        """Accept all commands."""
         return True
 
     def attach(self, client: object) -> None:
-        """Count a page."""
+        """Count a new page."""
         self.pages += 1
         self.came.set()
 
     def detach(self, client: object) -> None:
-        """It has gone."""
+        """Count a page that has left."""
 
 
 @pytest.fixture
@@ -54,7 +54,7 @@ def said() -> list[str]:
 def pages(
     said: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> Iterator[PageServer]:
-    """A server, at whose end nothing was printed and all that was said is lines."""
+    """Yield a server. At its end, all output must consist of lines, and nothing else was printed."""
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     monkeypatch.setenv("LOCALAPPDATA", str(tmp_path))
     one = PageServer(0, said.append)
@@ -67,7 +67,7 @@ def pages(
 
 
 def answer(pages: PageServer, request: bytes, *, whole: bool = True) -> bytes:
-    """The beginning of what comes back, b"" when the server hangs up without an answer."""
+    """Return the beginning of the answer, or b"" if the server disconnects without an answer."""
     with socket.create_connection((HOST, pages.address.port), PATIENCE_S) as client:
         got = b""
         try:

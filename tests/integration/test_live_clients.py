@@ -1,4 +1,4 @@
-"""Clients of a live session: the past for one that comes later, variables, failures and judgements."""
+"""Clients of a live session: the past for a later client, variables, failures and judgements."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ def test_crash_or_hang_is_reported_promptly(program: str, at_s: float) -> None:
 
 
 class FakeExercises:
-    """One exercise, which is done half a second after it was asked for."""
+    """An exercise that is done half a second after its start."""
 
     def __init__(self) -> None:
         self.started: list[tuple[str, str, int]] = []
@@ -183,7 +183,7 @@ def checked_page(
 
 
 class Done(SessionEvent):
-    """Marks that the fake judge has given its result."""
+    """A mark that the fake judge has returned its result."""
 
 
 def test_exercise_is_checked_while_session_runs() -> None:

@@ -1,4 +1,4 @@
-"""A board that ``fcu web`` shows: moved and spoken to from another terminal, and held by a debugger."""
+"""A board of ``fcu web`` that another terminal moves and types to, and that a debugger halts."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ DEADLINE_S = 30.0
 
 
 class Live:
-    """A session at real time in a thread of its own, with a door, and what it has said."""
+    """A session at real time in a thread, with a control server, and its messages."""
 
     def __init__(self, setup: Setup) -> None:
         self.said: list[SessionEvent] = []
@@ -69,7 +69,7 @@ class Live:
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A runtime folder of this test's own."""
+    """Return a runtime folder for this test."""
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     monkeypatch.setenv("LOCALAPPDATA", str(tmp_path))
 
@@ -91,7 +91,7 @@ def debugged() -> Iterator[Live]:
 
 
 class Debugger:
-    """Speaks GDB's protocol, without acknowledgements."""
+    """A client of GDB's protocol, without acknowledgements."""
 
     def __init__(self, session: LiveSession) -> None:
         (way,) = (line for line in session.ways() if line.startswith("gdb:"))

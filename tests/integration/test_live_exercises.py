@@ -1,4 +1,4 @@
-"""The exercises beside a live board: judged as ``fcu check`` judges them, in a process beside the session."""
+"""The exercises beside a live board are judged as in ``fcu check``, in a separate process."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def exercises() -> Iterator[LabExercises]:
 
 
 def result(exercises: LabExercises) -> Checked:
-    """The next result; the judge's own future says when it is there."""
+    """Return the next result, which the future of the judge announces."""
     assert exercises._running is not None
     exercises._running[1].exception(timeout=120)
     (checked,) = exercises.finished()

@@ -1,4 +1,4 @@
-"""A session goes on whatever a page sends and whatever the machine lacks: the page gets a notice."""
+"""A session continues with any message of a page and after any failure of the machine; the page gets a notice."""
 
 from __future__ import annotations
 
@@ -156,7 +156,7 @@ def test_end_removes_upload_although_recording_fails(tmp_path: Path, monkeypatch
 
 
 def test_impossible_scenario_fails_board(tmp_path: Path) -> None:
-    """The scenario lifts by 2 km, the hand holds the board at 9 km, and the world ends at 10 km."""
+    """The scenario lifts the board by 2 km and the hand holds it at 9 km, but the limit of the world is 10 km."""
     lifts = '[[timeline]]\nat = "100ms"\ndo = "lift"\nmetres = 2000\nfor = "10s"\n'
     scenario = write(tmp_path, HEAD + 'duration = "1s"\n' + lifts)
     script = [(0.01, do(do="follow_altitude", metres=9000, time_constant="1ms"))]
@@ -172,7 +172,7 @@ def test_control_failure_does_not_end_session() -> None:
 
     class Broken(ControlServer):
         def __init__(self) -> None:
-            """No port."""
+            """Raise an error, because there is no port."""
 
         def serve(self) -> None:
             raise FULL

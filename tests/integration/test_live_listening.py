@@ -1,4 +1,4 @@
-"""The page's server: compressed files, and an address that other machines reach."""
+"""The page's server: compressed files, and an address for other machines."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""The page in a real browser: what a student does with it, seen as a student sees it.
+"""The page in a real browser: actions of a student, and their visible results.
 
-Skipped where there is no Chromium; `.ci/run` installs Debian's. Nothing is said about frames: it draws in
-software.
+The tests are skipped without Chromium; `.ci/run` installs Debian's. They do not test frame rates, because the browser
+draws in software.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ ARGUMENTS = [
 
 
 class Served:
-    """A session and its page's server, which can be started again."""
+    """A session and the server of its page, which can be restarted."""
 
     def __init__(self, setup: Setup, port: int = 0, exercises: Exercises | None = None) -> None:
         self.pages = PageServer(port)
@@ -68,7 +68,7 @@ def chromium() -> Iterator[playwright.Browser]:
 
 
 class Browser:
-    """Opens pages, without WebGL unless it is asked for: in software, drawing in space is dear."""
+    """A browser that opens pages, by default without WebGL, which is slow in software."""
 
     def __init__(self, chromium: playwright.Browser) -> None:
         self._chromium = chromium
@@ -78,7 +78,7 @@ class Browser:
     def open(
         self, served: Served, *, in_space: bool = False, first_visit: bool = False, theme: str = "light"
     ) -> playwright.Page:
-        """A page that shows the board, of a user who has taken the tour unless it is the ``first_visit``."""
+        """Open a page that shows the board. The user has taken the tour, except with ``first_visit``."""
         context = self._chromium.new_context(
             bypass_csp=True, viewport={"width": 1280, "height": 720}, color_scheme=theme
         )
@@ -182,7 +182,7 @@ def test_typed_text_reaches_board_and_recording(browser: Browser, served: Served
 
 
 class Echo:
-    """Firmware that sends back what it gets, each byte in hexadecimal."""
+    """Firmware that sends each received byte back in hexadecimal."""
 
     def __init__(self, hal: VirtualHal) -> None:
         self._hal = hal
@@ -376,7 +376,7 @@ def test_page_reconnects_to_restarted_server(browser: Browser) -> None:
 
 
 class Evil(Echo):
-    """Firmware that prints what a page might take for its own."""
+    """Firmware that prints text which a page might take for its own."""
 
     def main(self) -> None:
         while True:

@@ -1,4 +1,4 @@
-"""The page as a student meets it: first sight, an exercise, a crash, a reload, the plot's lines."""
+"""The page for a student: the first visit, an exercise, a crash, a reload, and the lines of the plot."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ def test_crash_or_hang_is_seen_at_once(program: str, place: str, browser: live.B
 
 
 class Dies:
-    """Firmware in Python that raises."""
+    """Firmware in Python that raises an exception."""
 
     def __init__(self, hal: VirtualHal) -> None:
         self._hal = hal
@@ -174,7 +174,7 @@ def test_end_of_text_is_marked_after_it(browser: live.Browser) -> None:
 
 
 def columns(page: Any) -> list[dict[str, str]]:
-    """The rows of the plot's CSV."""
+    """Return the rows of the plot's CSV file."""
     with page.expect_download() as download:
         page.click("text=CSV")
     header, *rows = Path(download.value.path()).read_text(encoding="utf-8").splitlines()
@@ -272,7 +272,7 @@ PIXELS = """line => {
 
 
 class Compass:
-    """Firmware that prints a yaw which wraps each second line, and a roll of some degrees."""
+    """Firmware that prints a yaw which wraps in each second line, and a roll of some degrees."""
 
     def __init__(self, hal: VirtualHal) -> None:
         self._hal = hal

@@ -1,7 +1,7 @@
-"""The page's layout and accessibility: nothing sticks out at any width, and axe-core finds nothing.
+"""The page's layout and accessibility: no element exceeds any width, and axe-core has no findings.
 
-axe-core comes from ``web/node_modules``, which ``.ci/page`` fills (``cd web && npm ci``); without it its
-tests are skipped.
+axe-core comes from ``web/node_modules``, which ``.ci/page`` installs (``cd web && npm ci``). Without it its tests are
+skipped.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def crashed() -> Iterator[live.Served]:
 
 
 def at_rest(page: Any) -> Any:
-    """The page of a board that is paused, so that nothing is drawn again meanwhile."""
+    """Return the page of a paused board, so that nothing is drawn during the test."""
     if page.text_content("#runner") == "Pause":
         page.click("#runner")
     live.until(page, "document.body.dataset.state === 'paused'")
@@ -100,7 +100,7 @@ def test_tour_fits_every_width(browser: live.Browser, healthy: live.Served) -> N
 
 
 def violations(page: Any) -> list[str]:
-    """What axe-core finds, its experimental rules included: rule, element, reason."""
+    """Return axe-core's findings, with its experimental rules: rule, element, reason."""
     rules = {"label-content-name-mismatch": {"enabled": True}, "target-size": {"enabled": True}}
     found = page.evaluate("rules => axe.run(document, { rules })", rules)["violations"]
     return [

@@ -1,4 +1,4 @@
-"""The page's server: who gets in, what goes in, and that no page slows or stops the board."""
+"""The page's server: admission of clients, validation of messages, and independence of the board from pages."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from tests.support.live_fakes import connected
 
 @contextmanager
 def running(setup: Setup, port: int = 0) -> Iterator[tuple[PageServer, LiveSession]]:
-    """A served session, in a thread of its own: the board is built where it runs."""
+    """Run a served session in a thread, in which the board is also created."""
     pages = PageServer(port)
     made: list[LiveSession] = []
     ready = threading.Event()
@@ -64,7 +64,7 @@ def get(pages: PageServer, path: str, **headers: str) -> HTTPResponse:
 
 
 def until(client: ClientConnection, kind: str, **wanted: Any) -> dict[str, Any]:
-    """The next event of a type whose fields are as wanted."""
+    """Return the next event of a type whose fields have these values."""
     for _ in range(5000):
         event: dict[str, Any] = json.loads(client.recv(timeout=30))
         if event["type"] == kind and all(event[name] == value for name, value in wanted.items()):

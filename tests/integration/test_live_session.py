@@ -1,4 +1,4 @@
-"""A live session: pace, steps, resets, and above all that its recording gives the same bytes."""
+"""A live session: pace, steps, resets, and above all a recording that gives the same bytes."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ SCRIPT = [
 
 
 def again(session: LiveSession, tmp_path: Path, firmware: str | None) -> Board:
-    """The recording played without a pace, to the same moment."""
+    """Play the recording without a pace, to the same time."""
     path = tmp_path / "recorded.toml"
     path.write_text(session.recording.text(), encoding="utf-8")
     board = Board(firmware, scenario=path, wiring=session.board.booted.wiring.name)
@@ -53,7 +53,7 @@ def again(session: LiveSession, tmp_path: Path, firmware: str | None) -> Board:
 
 
 def everything(board: Board) -> tuple[bytes, list[str], bytes]:
-    """What a board has done: its text, its rare events, and the registers of its sensors."""
+    """Return the results of a board: its text, its rare events, and the registers of its sensors."""
     events = [repr(event) for event in board.trace]
     return (
         bytes(board.terminal.uart.received()),
@@ -112,7 +112,7 @@ def test_session_pauses_steps_and_continues() -> None:
 
 
 class Silent:
-    """Firmware in Python that prints nothing and has no timer."""
+    """Firmware in Python that prints no text and does not use a timer."""
 
     def __init__(self, hal: VirtualHal) -> None:
         self._hal = hal
@@ -163,7 +163,7 @@ def test_step_takes_at_most_5_s_real_time() -> None:
 
 @pytest.mark.parametrize(("late_s", "behind_s"), [(0.0, 0), (0.2, 0), (0.3, 0.3), (5.0, 5.0)])
 def test_session_catches_up_after_short_pauses_only(late_s: float, behind_s: float) -> None:
-    """The machine does something else for ``late_s``."""
+    """The machine is busy with other work for ``late_s``."""
     page = Page(Setup(Silent, ideal=True), end_s=3)
     wall = Wall()
 
@@ -182,7 +182,7 @@ def test_session_catches_up_after_short_pauses_only(late_s: float, behind_s: flo
 
 @pytest.mark.parametrize("takes_s", [(1e-5,), (1e-5, 1e-3, 1e-4, 1e-5, 2e-3)])
 def test_states_come_at_50_hz(takes_s: tuple[float, ...]) -> None:
-    """Also when what the session does takes now longer and now shorter."""
+    """The rate is constant, although the work of the session takes different times."""
     page = Page(Setup("lab3", ideal=True), end_s=2.0)
     wall, looks = Wall(), itertools.cycle(takes_s)
 
@@ -197,7 +197,7 @@ def test_states_come_at_50_hz(takes_s: tuple[float, ...]) -> None:
 
 
 def test_command_shows_within_5_ms_of_state() -> None:
-    """It was 20 ms: the session slept past the next state's time."""
+    """The delay was 20 ms when the session slept past the time of the next state."""
     commands = [messages.Do({"do": "set_attitude", "roll_deg": number}, number) for number in range(1, 20)]
     page = Page(Setup("lab3", ideal=True), end_s=1.0)
 

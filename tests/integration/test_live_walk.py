@@ -1,4 +1,4 @@
-"""A student's walk with a real ``make``: a new project, the live board, an edit, and the board follows."""
+"""The way of a student with a real ``make``: a new project, the live board, an edit, and the board follows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One package is installed, so that a student's own files do not hide its parts; old imports work with a warning."""
+"""Only one package is installed, so that a student's files do not hide its parts. Old imports work with a warning."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_it(board, dut):
 
 
 def python(folder: Path, *arguments: str, path: Path | None = None) -> subprocess.CompletedProcess[str]:
-    """Run Python in ``folder``; with ``path`` on the search path before all that is installed."""
+    """Run Python in ``folder``, with ``path`` on the search path before all installed packages."""
     environment = dict(os.environ)
     if path:
         environment["PYTHONPATH"] = str(path)
@@ -55,7 +55,7 @@ def python(folder: Path, *arguments: str, path: Path | None = None) -> subproces
 
 @pytest.fixture
 def lab(tmp_path: Path) -> Path:
-    """A student's folder with a file or folder of each common name, which cannot be imported."""
+    """Return a student's folder with a file or folder of each common name, which cannot be imported."""
     folder = tmp_path / "lab"
     (folder / "scenarios").mkdir(parents=True)
     for name in ("sensors.py", "emulator.py", "firmware_model.py", "scenarios/__init__.py"):
@@ -83,7 +83,7 @@ def test_students_own_files_hide_nothing(command: list[str], lab: Path) -> None:
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What a wheel installs, unpacked."""
+    """Return a folder with the unpacked contents of a wheel."""
     into = tmp_path_factory.mktemp("wheel")
     clone = copied_clone(tmp_path_factory.mktemp("source") / "clone")
     done = pip(clone, "wheel", "-w", into, ".")

@@ -1,4 +1,4 @@
-"""The recipe for a peripheral in C, followed literally in a copy of a clone: docs/recipes.md."""
+"""The recipe for a peripheral in C (docs/recipes.md), followed exactly in a copy of a clone."""
 
 from __future__ import annotations
 

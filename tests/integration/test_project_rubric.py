@@ -60,7 +60,7 @@ def fcu(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
 
 @pytest.fixture
 def desk(tmp_path: Path) -> Path:
-    """A rubric, and the files that it names."""
+    """Return a folder with a rubric and its files."""
     (tmp_path / "motions").mkdir()
     (tmp_path / "pitch.toml").write_text(RUBRIC, encoding="utf-8")
     (tmp_path / "motions" / "still.toml").write_text(SCENARIO, encoding="utf-8")
@@ -180,7 +180,7 @@ HIDDEN = RUBRIC.replace('id = "1"', 'id = "a1"') + SECOND.replace(
 
 
 def offered(folder: Path, firmware: str) -> list[dict[str, str]]:
-    """The exercises that the page of ``fcu web`` gets."""
+    """Return the exercises that the page of ``fcu web`` receives."""
     command = [sys.executable, "-m", "fcu_emulator", "web", firmware, "--no-browser"]
     with subprocess.Popen(command, cwd=folder, stderr=subprocess.PIPE, encoding="utf-8") as server:
         try:

@@ -1,4 +1,4 @@
-"""The pseudo-terminal link with real readers: pyserial as students use it, and plain files like ``cat``."""
+"""The pseudo-terminal link with real readers: pyserial, as students use it, and programs like ``cat``."""
 
 from __future__ import annotations
 
@@ -42,14 +42,14 @@ def link(port: Path) -> Iterator[ByteLink]:
 
 @contextlib.contextmanager
 def terminal(port: Path) -> Iterator[serial.Serial]:
-    """A terminal program: pyserial opens, sets attributes and flushes its input."""
+    """Open a terminal program: pyserial sets attributes and flushes its input."""
     with serial.Serial(str(port), 115200, timeout=0) as device:
         yield device
 
 
 @contextlib.contextmanager
 def plain_file(port: Path) -> Iterator[int]:
-    """A reader that flushes nothing, such as ``cat``."""
+    """Open a reader that does not flush its input, such as ``cat``."""
     fd = os.open(port, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
     try:
         yield fd
@@ -65,7 +65,7 @@ def read_plain(fd: int) -> bytes:
 
 
 def collect(link: ByteLink, read: Callable[[], bytes], count: int) -> bytes:
-    """Run the board's loop until ``count`` bytes came out of ``read``."""
+    """Run the board's loop until ``read`` has returned ``count`` bytes."""
     got = bytearray()
     give_up_s = time.monotonic() + DEADLINE_S
     while len(got) < count:
@@ -80,7 +80,7 @@ def receive(link: ByteLink, count: int) -> bytes:
 
 
 def serve(link: ByteLink, device: serial.Serial) -> None:
-    """Bring a reader to the point where it gets what the board sends."""
+    """Serve the link until the reader receives the board's output."""
     link.send(b"!")
     assert collect(link, lambda: device.read(4096), 1)[-1:] == b"!"
 
@@ -222,7 +222,7 @@ def test_next_reader_finds_no_leftovers_or_settings(link: ByteLink, port: Path, 
 
 @pytest.fixture
 def ordinary_user() -> Iterator[Path]:
-    """A directory and the rights of an ordinary user, also if root, whom TIOCEXCL does not stop, runs it."""
+    """Return a directory, and drop root's rights if necessary, because TIOCEXCL does not stop root."""
     with tempfile.TemporaryDirectory() as directory:
         user = os.geteuid()
         if user == 0:

@@ -1,4 +1,4 @@
-"""What users hold in their hands: how a board is made, run, closed and shown, and where names come from."""
+"""The public API: creating, running, closing and showing a board, and the origin of names."""
 
 from __future__ import annotations
 

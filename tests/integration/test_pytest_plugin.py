@@ -1,4 +1,4 @@
-"""The pytest plugin as its users see it: tests written into a folder, and pytest run there."""
+"""The pytest plugin for its users: tests are written into a folder and run with pytest."""
 
 from __future__ import annotations
 
@@ -136,7 +136,7 @@ def run_printed_command(printed: str, folder: Path) -> subprocess.CompletedProce
 
 
 def test_command_of_cold_board_starts_cold(pytester: pytest.Pytester) -> None:
-    """The solution does not wait for its sensors, and hangs on such a board."""
+    """The solution does not wait for its sensors, so on such a board it does not continue."""
     pytester.makepyfile(
         """
         import pytest
@@ -153,7 +153,7 @@ def test_command_of_cold_board_starts_cold(pytester: pytest.Pytester) -> None:
 
 
 def test_printed_command_repeats_test(pytester: pytest.Pytester) -> None:
-    """The same bytes: setters, motions planned ahead, typing, faults, iron, a scenario's own steps."""
+    """The bytes are the same with setters, motions planned ahead, typing, faults, iron, and steps of a scenario."""
     step = '[[timeline]]\ndo = "set_attitude"\nat = "1s"\nroll_deg = 9\n'
     scenario = f'schema = 1\nquestion = "q"\nduration = "9s"\n{step}'
     (pytester.path / "own.toml").write_text(scenario, encoding="utf-8")
@@ -266,7 +266,7 @@ def test_misspelt_marker_is_one_line(pytester: pytest.Pytester, words: Words) ->
 
 
 def test_command_is_for_same_board(pytester: pytest.Pytester) -> None:
-    """A board without noise, whose text has one line for each that a terminal shows."""
+    """On a board without noise, the text has one line for each line that a terminal shows."""
     pytester.makepyfile(
         """
         import pytest

@@ -1,4 +1,4 @@
-"""Names of the previous release: each works, warns, and is in the table of docs/renamed.md."""
+"""Names of the previous release: each works with a warning, and is in the table of docs/renamed.md."""
 
 from __future__ import annotations
 

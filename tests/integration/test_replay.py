@@ -1,4 +1,4 @@
-"""A replay: on recorded samples the same firmware prints the recorded text, and another one does not."""
+"""A replay on recorded samples: the same firmware prints the recorded text, and another firmware does not."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_template_on_its_samples_prints_same() -> None:
 
 
 def test_another_arithmetic_is_noticed_in_last_digit() -> None:
-    """mu, the weight of Gx in the slides' roll, hardly matters on a flat board."""
+    """mu, the weight of Gx in the slides' roll, has almost no effect on a flat board."""
     board = Board(firmware="lab3", scenario="flat")
     original = observe(board, 3 * PS_PER_S, transfers=True)
     changed = replay(board, python_firmware("lab3", {"mu": 0.5}))
@@ -65,7 +65,7 @@ def test_another_arithmetic_is_noticed_in_last_digit() -> None:
 
 
 def test_early_led_is_difference() -> None:
-    """Exercise 3b: above 80 degrees, not 60; the scenario turns to 75 first."""
+    """Exercise 3b needs 80 degrees, not 60. The scenario first turns to 75."""
     board = Board(firmware="lab3", scenario="led_x")
     original = observe(board, 4 * PS_PER_S, transfers=True)
 
@@ -119,7 +119,7 @@ def test_endless_wait_ends_with_recording() -> None:
 
 
 def test_recorded_bytes_may_be_read_in_one_transfer() -> None:
-    """Over SPI2 the C firmware reads one byte at a time."""
+    """Over SPI2 the C firmware reads single bytes."""
 
     def in_two(hal: VirtualHal) -> None:
         for register, size in ((0x28, 2), (0x2A, 1)):

@@ -26,7 +26,7 @@ name = "ACC.z"
 max_gap = "1.5s"
 from = "1.2s"
 """
-"""Some boards meet it and some do not: the accelerometer's offset is up to 40 mg."""
+"""Some boards meet this expectation and some do not, because the accelerometer's offset is up to 40 mg."""
 
 
 @pytest.fixture

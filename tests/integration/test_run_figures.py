@@ -1,4 +1,4 @@
-"""What the summary of a run says in numbers: what the slides ask, and only notes that are worth it."""
+"""Figures in the summary of a run: those that the slides ask for, and only important notes."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_line_load_is_bytes_times_ten_bits() -> None:
 
 
 def test_summary_has_callback_time_and_period() -> None:
-    """Four reads take 0.78 ms of bus (docs/compare.md), 0.8 ms with the HAL: the template does only that."""
+    """The four reads take 0.78 ms of bus time (docs/compare.md) and 0.8 ms with the HAL. The template does only this."""
     took = {}
     for firmware in ("template-arm", "solution"):
         found = re.search(r"callback .* (\S+) of 1\.25 ms", summary(firmware, "--duration", "3s"))
@@ -56,7 +56,7 @@ def test_summary_has_callback_time_and_period() -> None:
 
 
 def test_short_period_keeps_its_digits(words: Words) -> None:
-    """An eighth of a millisecond is not 0.12."""
+    """An eighth of a millisecond is 0.125, not 0.12."""
     board: Any = SimpleNamespace(timer=SimpleNamespace(rate_hz=8000.0))
     recorder: Any = SimpleNamespace(looks_at_callback=1000, callback_seen=1000)
 
@@ -66,7 +66,7 @@ def test_short_period_keeps_its_digits(words: Words) -> None:
 
 
 def test_callback_time_excludes_fault_handlers(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The callback's interrupt stays active below a fault that it has caused."""
+    """The interrupt of the callback stays active below the fault that it has caused."""
     board = Board(firmware="solution")
     recorder = TruthRecorder(board)
     board.run_for(1.2)

@@ -1,4 +1,4 @@
-"""The shipped scenarios, as a user runs them; and runs as such: limits, faults, repeatability."""
+"""The shipped scenarios for a user, and the properties of runs: limits, faults, repeatability."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_shipped_scenario_holds(name: str) -> None:
 @pytest.mark.parametrize("name", scenario_names())
 @pytest.mark.parametrize("firmware", [None, "template"])
 def test_early_verdict_is_final(name: str, firmware: str | None) -> None:
-    """Where the program is right, none falls the wrong way meanwhile, such as a count that still grows."""
+    """For a correct program, no verdict fails during the run, for example because of a count that still increases."""
     board = Board(firmware, scenario=name)
     plan = board.scenario
     assert plan is not None
@@ -88,7 +88,7 @@ def test_shipped_scenario_fails_when_its_feature_breaks(tmp_path: Path, name: st
 
 @pytest.mark.parametrize("wiring", ["lab3", "fcu001v1"])
 def test_hand_scenario_passes_with_built_program(wiring: str) -> None:
-    """It prints at other moments, and a student's own program at others again."""
+    """This program prints at other times, and a student's program at other times again."""
     result = run(Board("solution", wiring=wiring, scenario="hand"))
     assert result.passed, "\n".join(result.lines)
 
@@ -103,7 +103,7 @@ def test_hand_scenario_passes_at_any_print_time(tmp_path: Path, later_ms: int) -
 
 
 def test_desk_prints_golden_text(tmp_path: Path) -> None:
-    """Four seconds of the slides' terminal, byte by byte."""
+    """The first four seconds of the slides' terminal are compared byte by byte."""
     text = load_scenario("desk").path.read_text(encoding="utf-8")
     (tmp_path / "desk.txt").write_bytes((GOLDEN / "desk.txt").read_bytes())
     result = play(tmp_path, f"{text}\n[[expect]]\nkind = 'text'\nfile = 'desk.txt'\n")
@@ -134,7 +134,7 @@ def test_seed_changes_noise() -> None:
 
 
 def test_watching_changes_nothing(tmp_path: Path) -> None:
-    """To the picosecond: a byte is on the wire when it would be without a scenario."""
+    """Each byte is on the wire at the same picosecond as without a scenario."""
     watched, alone = Board(scenario=write(tmp_path, SHORT)), Board(firmware="lab3")
     for board in (watched, alone):
         board.trace.record_all()
@@ -144,7 +144,7 @@ def test_watching_changes_nothing(tmp_path: Path) -> None:
 
 
 def _byte_times_ps(board: Board) -> list[int]:
-    """Start of each byte; a piece's first byte stands for itself, within the frames' rounding."""
+    """Return the start of each byte. The first byte of a piece has its own time, within the rounding of the frames."""
     frame_ps = board.terminal.uart.frames_ps(1)
     return [
         round((event.t_ps + board.terminal.uart.frames_ps(number)) / frame_ps * 1000)
@@ -204,7 +204,7 @@ def test_too_much_wall_time_stops_run(tmp_path: Path) -> None:
 
 
 def test_fault_breaks_bus_for_its_time(tmp_path: Path) -> None:
-    """While the magnetometer is absent MAG keeps its old value, corrected again on every call."""
+    """While the magnetometer is absent, MAG keeps its old value, which each call corrects again."""
     fault = "[[timeline]]\ndo = 'inject_fault'\nkind = 'absent'\naddress = 'LIS2MDL'\nat = '1.5s'\nfor = '500ms'\n"
     board = Board(scenario=write(tmp_path, IDEAL + fault))
     board.run_for(2.5)
@@ -215,7 +215,7 @@ def test_fault_breaks_bus_for_its_time(tmp_path: Path) -> None:
 
 
 def test_missing_sensor_ends_boot(tmp_path: Path) -> None:
-    """The firmware hangs after the banner, as on the board."""
+    """The firmware hangs after the banner, as on the real board."""
     fault = "[[timeline]]\ndo = 'inject_fault'\nkind = 'absent'\naddress = 0x6B\n"
     only_banner = "[[expect]]\nkind = 'never'\npattern = 'LSM6DSL'\n"
     banner = "[[expect]]\nkind = 'line'\ntext = 'STEVAL-FCU001V1 FH rev.1.0 - Sep 2017'\n"

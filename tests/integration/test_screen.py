@@ -155,7 +155,7 @@ def test_wrapped_text_fits_and_keeps_indent() -> None:
 
 @pytest.mark.parametrize("file", sorted(FOLDER.glob("*.txt")), ids=lambda file: file.stem)
 def test_output_fits_into_100_columns(file: Path) -> None:
-    """Lines of screens are indented and printed as they are; messages are wrapped on a terminal."""
+    """Lines of screens are indented and not wrapped; messages are wrapped on a terminal."""
     lines = [line for text in sections(file).values() for line in text.splitlines()]
     printed = [part for line in lines for part in ([line] if line.startswith("  ") else wrapped(line))]
     unbroken = [line for line in printed if not _LONG_WORD.search(line)]

@@ -1,4 +1,4 @@
-"""A board that is not the lab's, made as docs/recipes.md says: all follows from its one file."""
+"""A board other than the lab's, made according to docs/recipes.md: its single file defines everything."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ HEAD = 'schema = 1\nquestion = "Does the other board play it, too?"\nduration = 
 
 
 class Hygrometer:
-    """Firmware in Python on the HAL: prints the humidity from its timer's callback, ten times a second."""
+    """Firmware in Python on the HAL that prints the humidity in its timer's callback, ten times a second."""
 
     def __init__(self, hal: Any) -> None:
         self.hal = hal

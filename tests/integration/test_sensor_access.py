@@ -1,6 +1,6 @@
-"""Nothing that firmware can touch is ignored in silence: every register and bit is named in the trace.
+"""No access by firmware is ignored without a note: the trace names every unmodelled register and bit.
 
-That the register maps, whose every bit is touched here, are the datasheets' is the contract tests' affair.
+Every bit of the register maps is accessed here. The contract tests compare these maps with the datasheets.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ every_bank = pytest.mark.parametrize(("name", "select", "bank"), BANKS)
 
 
 class Bench:
-    """One part on the board's bus, with one of its banks open."""
+    """A sensor on the board's bus, with one of its banks open."""
 
     def __init__(self, name: str, select: int) -> None:
         self.board = Board(ideal=True)
@@ -35,13 +35,13 @@ class Bench:
             self.write(FUNC_CFG_ACCESS, select)
 
     def write(self, register: int, value: int) -> list[str]:
-        """Write; what the trace has to say about it."""
+        """Write, and return the notes of the trace about it."""
         before = len(self.board.trace.of(DeviceNote))
         self.board.i2c2.write(self.address, bytes((register, value)))
         return self.notes(before)
 
     def read(self, register: int) -> list[str]:
-        """Read a byte; what the trace has to say about it."""
+        """Read a byte, and return the notes of the trace about it."""
         before = len(self.board.trace.of(DeviceNote))
         self.board.i2c2.write_read(self.address, bytes((register,)), 1)
         return self.notes(before)
@@ -57,7 +57,7 @@ def bits_of(mask: int) -> Iterator[int]:
 
 
 def field_name(bank: RegisterMap, address: int, bit: int) -> str:
-    """``REGISTER.FIELD``, or ``REGISTER`` where the whole register is not modelled and has no fields."""
+    """Return ``REGISTER.FIELD``, or ``REGISTER`` if the whole register is not modelled and has no fields."""
     register = bank.at[address]
     assert register is not None
     fields = [bits.name for bits in register.fields if bits.mask >> bit & 1]
@@ -85,7 +85,7 @@ def test_every_unmodelled_register_is_named_when_read(name: str, select: int, ba
 
 @every_bank
 def test_every_bit_that_does_not_stick_is_named(name: str, select: int, bank: RegisterMap) -> None:
-    """Reserved bits of registers, registers that are read only, and addresses without a register."""
+    """Such bits are reserved, in read-only registers, or at addresses without a register."""
     bench = Bench(name, select)
     for address in range(0x80):
         mask = bank.write_mask[address]
@@ -106,7 +106,7 @@ def test_read_of_missing_register_is_noted(name: str, select: int, bank: Registe
 
 @every_bank
 def test_reset_values_written_back_raise_no_note(name: str, select: int, bank: RegisterMap) -> None:
-    """Firmware that reads, changes one bit and writes back is not blamed for the others."""
+    """Firmware that reads, changes one bit and writes back gets no note about the other bits."""
     bench = Bench(name, select)
     for address in range(0x80):
         if bank.write_mask[address]:

@@ -1,4 +1,4 @@
-"""Sensor pins on the board: edges come when they happen, wherever the firmware is at that time."""
+"""Sensor pins on the board: edges come at their time, for any state of the firmware."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ PERIOD_104_PS = -(-PS_PER_S // 104)
 
 
 def wired(board: Board, pin: str = "int1") -> list[tuple[int, int]]:
-    """Listen to a pin of the LSM6DSL; each edge's own time must be the present."""
+    """Listen to a pin of the LSM6DSL; the time of each edge must be the present time."""
     edges: list[tuple[int, int]] = []
 
     def edge(at_ps: int, level: int) -> None:
@@ -54,7 +54,7 @@ def test_latched_data_ready_falls_with_read() -> None:
 
 
 def test_free_fall_pin_is_high_during_fall() -> None:
-    """208 Hz, 312 mg, five periods: AN5040 5.1; analog stage and LPF1 let the fall through a little later."""
+    """208 Hz, 312 mg, five periods: AN5040 5.1. The analog stage and LPF1 delay the fall a little."""
     board = Board(ideal=True)
     edges = wired(board)
     for register, value in ((0x5D, 5 << 3 | 3), (0x5E, 0x10), (0x58, 0x80), (0x10, 0x50)):
@@ -108,7 +108,7 @@ def test_unwired_pin_schedules_nothing() -> None:
 
 
 def test_pins_are_in_time_while_firmware_runs() -> None:
-    """The firmware reads the accelerometer 800 times a second; every read lowers INT1."""
+    """The firmware reads the accelerometer 800 times a second, and every read lowers INT1."""
     board = Board(firmware="lab3", ideal=True)
     board.run_for(2.0)
     edges = wired(board)

@@ -1,4 +1,4 @@
-"""``fcu://`` for pyserial: a board inside the process, read in virtual time."""
+"""``fcu://`` for pyserial: a board inside the process, which is read in virtual time."""
 
 from __future__ import annotations
 

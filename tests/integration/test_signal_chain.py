@@ -1,4 +1,4 @@
-"""The responses and the noise that ``python -m tests.support.signal_chain`` draws, each at a few points."""
+"""The responses and the noise that ``python -m tests.support.signal_chain`` draws, tested at a few points."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def test_sensor_response_to_vibration_equals_theory(setting: Setting) -> None:
 
 @pytest.mark.parametrize("part", resting(), ids=lambda part: part.channel.name)
 def test_noise_averages_out_as_figures_say(part: Resting) -> None:
-    """Of 200 means over a second the deviation is known to 5 %; three axes, and three of these."""
+    """200 means over a second give the deviation to 5 %. There are three axes, and three such series."""
     values = at_rest(part, 200)
     found = allan_deviation(values, int(part.channel.rate_hz))
     assert found == pytest.approx(np.full(found.shape, part.deviation(1.0)), rel=0.25)

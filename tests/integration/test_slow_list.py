@@ -1,4 +1,4 @@
-"""The fast set of tests is what it says: the list of slow ones names what is there and left out."""
+"""The fast set of tests omits all slow tests, and the list of slow tests has only existing ones."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ A_FILE = next(iter(listed())).partition("::")[0]
 
 
 def collected(marker: str) -> set[str]:
-    """Test functions of one file that has a slow one."""
+    """Return the test functions of a file that has a slow one."""
     command = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-n", "0", "-m", marker, A_FILE]
     done = subprocess.run(command, cwd=LIST.parents[1], capture_output=True, text=True, check=False)
     return {line.partition("[")[0] for line in done.stdout.splitlines() if "::" in line}
 
 
 def test_every_entry_is_existing_test() -> None:
-    """When one is not: python -m tests.slow PATH, with any short file, takes it out."""
+    """To remove a missing test: python -m tests.slow PATH, with any short file."""
     assert [name for name in listed() if not is_there(name)] == []
 
 

@@ -1,4 +1,4 @@
-"""Snapshots: a board that is put back does what it would have done without ever having gone on."""
+"""Snapshots: a restored board continues as if it had never run further."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ acts = st.lists(_acts, max_size=25)
 
 
 class ActionRecorder:
-    """Does acts on a board and keeps what could be seen of them."""
+    """Recorder that performs actions on a board and stores their visible results."""
 
     def __init__(self, board: Board) -> None:
         self.board = board
@@ -113,7 +113,7 @@ class ActionRecorder:
 
 
 def picture(board: Board) -> list[object]:
-    """What a board looks like at one moment, as far as looking changes nothing."""
+    """Return the state of a board that can be read without a change."""
     return [
         board.clock.now_ps,
         board.clock.next_ps,
@@ -160,7 +160,7 @@ WIRINGS = ("lab3", "fcu001v1")
 
 
 def run_on(board: Board, seconds: float) -> list[object]:
-    """Events of the trace, then what the board looks like, its chip and RAM included."""
+    """Run the board; return the events of the trace and the state of the board, with chip and RAM."""
     first = len(board.trace)
     board.run_for(seconds)
     assert board.chip is not None
@@ -192,7 +192,7 @@ def test_restored_built_firmware_repeats_its_run(wiring: str, scenario: str | No
 
 
 def test_restore_removes_faults_drivers_and_typing() -> None:
-    """A fault on the bus, a pin that somebody drives, text being typed: none of it was."""
+    """A fault on the bus, a driven pin and text in transmission are removed by restoring."""
     boards = [Board(firmware="solution") for _ in range(2)]
     for board in boards:
         board.run_for(1.1)
@@ -209,7 +209,7 @@ def test_restore_removes_faults_drivers_and_typing() -> None:
 @pytest.mark.parametrize("firmware", [None, "solution"])
 @pytest.mark.parametrize("wiring", WIRINGS)
 def test_board_arrays_are_never_changed_in_place(firmware: str | None, wiring: str) -> None:
-    """No array that a board refers to is changed in place: snapshots keep them as they are."""
+    """Snapshots keep the arrays of a board by reference, so no array may be changed in place."""
     board = Board(firmware=firmware, wiring=wiring)
     doer = ActionRecorder(Board()) if firmware is None and wiring == "lab3" else None
     board = doer.board if doer else board
@@ -223,7 +223,7 @@ def test_board_arrays_are_never_changed_in_place(firmware: str | None, wiring: s
 
 
 def test_objects_outside_snapshot_are_known() -> None:
-    """No generator, no random source, no iterator: what has a state of its own that nobody would put back."""
+    """There is no generator, no random source and no iterator, whose state a snapshot would not restore."""
     boards = [Board(), Board(firmware="solution"), Board(scenario="figure_eight", firmware="solution")]
     left = {f"{kind.__module__}.{kind.__name__}" for board in boards for kind in foreign_to(board)}
     assert left <= {
@@ -281,7 +281,7 @@ def test_impossible_snapshot_is_refused() -> None:
 
 
 def test_no_function_uses_nonlocal() -> None:
-    """A snapshot walks what functions enclose, but puts back only what is in it."""
+    """A snapshot walks the variables in closures, but only restores their contents."""
     sources = [*Path(sensors.__path__[0]).rglob("*.py"), *Path(emulator.__path__[0]).rglob("*.py")]
     found = [
         source.name for source in sources if re.search(r"^\s+nonlocal ", source.read_text("utf-8"), re.M)
@@ -290,7 +290,7 @@ def test_no_function_uses_nonlocal() -> None:
 
 
 def reached_from(root: object) -> Iterator[object]:
-    """Everything that a snapshot of ``root`` has seen, and what its objects refer to."""
+    """Return all objects that a snapshot of ``root`` has visited, and the objects to which they refer."""
     return iter(Snapshot(root)._seen.values())
 
 

@@ -1,4 +1,4 @@
-"""The speed table can be printed and kept: build, rows, figures as JSON. How fast they are is no test."""
+"""The speed table can be printed and stored: build, rows, figures as JSON. The speeds are not tested."""
 
 from __future__ import annotations
 

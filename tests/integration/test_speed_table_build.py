@@ -1,4 +1,4 @@
-"""A table of figures names its commit, and says if the sources of the build differ from it."""
+"""A table of figures names its commit, and states whether the sources of the build differ from it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def git(folder: Path, *arguments: str) -> str:
 
 @pytest.fixture(scope="module")
 def repository(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Everything that a wheel can be built from, committed."""
+    """Return a repository with all files that a wheel needs, committed."""
     folder = copied_clone(tmp_path_factory.mktemp("build") / "clone")
     git(folder, "init", "-q")
     git(folder, "add", "-A")
@@ -70,7 +70,7 @@ def test_changed_documents_are_not_marked(clone: Path) -> None:
 
 
 def test_installed_package_has_no_commit(clone: Path, tmp_path: Path) -> None:
-    """An environment in a clone does not belong to the commit of the clone."""
+    """An environment inside a clone does not belong to the clone's commit."""
     installed = clone / "environment" / "site-packages"
     installed.mkdir(parents=True)
 

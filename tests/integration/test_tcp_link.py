@@ -58,7 +58,7 @@ def rfc2217(said: list[str]) -> Iterator[Rfc2217Link]:
 
 
 class Served:
-    """A link whose board looks at it all the time, in a thread, as a running board does."""
+    """A link that a thread polls all the time, as a running board does."""
 
     def __init__(self, link: TcpLink) -> None:
         self.typed = bytearray()
@@ -95,7 +95,7 @@ def terminal(link: TcpLink, baud: int = 115_200) -> Iterator[serial.Serial]:
 
 
 def opened(link: TcpLink) -> socket.socket:
-    """A reader of a board that runs in its own thread: nobody else may call the link."""
+    """Open a reader of a board that runs in its own thread, because only this thread may call the link."""
     return socket.create_connection(("127.0.0.1", link.port), timeout=DEADLINE_S)
 
 
@@ -157,7 +157,7 @@ def test_much_passes_both_ways_without_loss(link: TcpLink) -> None:
 
 
 def test_mebibyte_passes_rfc2217_both_ways_without_loss(rfc2217: Rfc2217Link) -> None:
-    """Read and written as RFC 854 has it: 255 stands twice, and commands of three bytes begin with it."""
+    """RFC 854: 255 is sent twice, and commands have three bytes of which the first is 255."""
     data = random.Random(1).randbytes(MIB)
     doubled = data.replace(b"\xff", b"\xff\xff")
     with Served(rfc2217) as board, opened(rfc2217) as connection:
@@ -179,7 +179,7 @@ def test_text_before_first_reader_is_kept(link: TcpLink) -> None:
 
 
 def only_report(link: TcpLink, *numbers: int) -> str:
-    """Return the only line of a link's report, with names for its port and for numbers that differ."""
+    """Return the only line of a link's report, with placeholders for its port and for varying numbers."""
     (line,) = link.report()
     line = line.replace(f"{link.kind}:{link.port}", "PORT")
     for number in numbers:

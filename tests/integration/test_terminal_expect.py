@@ -1,4 +1,4 @@
-"""What ``terminal.expect`` looks at, and what its error carries."""
+"""``terminal.expect``: the text that it searches, and the contents of its error."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Terminal programs as students start them, on a board that runs: screen and minicom on a pseudo-terminal.
+"""Terminal programs of students with a running board: screen and minicom on a pseudo-terminal.
 
-PuTTY's plink is in ``test_tcp_link.py``; pyserial is in all of them.
+``test_tcp_link.py`` tests PuTTY's plink; all these files test pyserial.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ DEADLINE_S = 30.0
 
 
 class Running:
-    """The template's board on one link, in real time, until it is no longer needed."""
+    """The template's board on one link, in real time, until the ``with`` block ends."""
 
     def __init__(self, link: ByteLink) -> None:
         self.board = Board(firmware="lab3")
@@ -46,7 +46,7 @@ class Running:
             self._runner.run()
 
     def typed(self) -> int:
-        """How many bytes have come in: the lab's firmware reads none, so all but the first are overruns."""
+        """Return the number of received bytes. The lab's firmware reads none, so all except the first are overruns."""
         return self.board.terminal.uart.rx_lost + self.board.terminal.uart.rxne
 
 
@@ -62,7 +62,7 @@ def running(port: Path) -> Iterator[Running]:
 
 
 def wait_for(said: str) -> Iterator[None]:
-    """Turns of a loop, until a deadline."""
+    """Repeat a loop until a deadline."""
     give_up_s = time.monotonic() + DEADLINE_S
     while True:
         assert time.monotonic() < give_up_s, said

@@ -11,7 +11,7 @@ from fcu_emulator.emulator.trace import Trace
 
 
 class Printed(Uart):
-    """A line on which these bytes have been printed."""
+    """A serial line on which these bytes have been printed."""
 
     def __init__(self, data: bytes) -> None:
         super().__init__("USART1", Clock(), Trace(), 84_000_000)

@@ -1,4 +1,4 @@
-"""Boards in threads and processes: the same bytes as anywhere, and one line where that cannot be."""
+"""Boards in threads and processes print the same bytes, or one line if this is not possible."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ print(mine == os.read(reader, 100).decode(), mine)
 
 
 def started(firmware: str) -> Board:
-    """A board that has run for a while, with a trace of everything."""
+    """Return a board that has run for a while, with a trace of all events."""
     board = Board(firmware=firmware, scenario="desk", seed=7)
     board.trace.record_all()
     board.run_for(0.2)
@@ -40,7 +40,7 @@ def started(firmware: str) -> Board:
 
 
 def digest(board: Board) -> str:
-    """What the board has done after some more runs."""
+    """Return a digest of the board's results after some more runs."""
     for seconds in PIECES_S:
         board.run_for(seconds)
     seen = [bytes(board.terminal.read()).decode(), *map(str, board.trace)]
@@ -48,12 +48,12 @@ def digest(board: Board) -> str:
 
 
 def whole(firmware: str) -> str:
-    """The same from power-on, for threads and processes to be given."""
+    """Return the digest of a run from power-on, for threads and processes."""
     return digest(started(firmware))
 
 
 def in_a_thread(function: Callable[[], object]) -> object:
-    """What the function gives or raises there."""
+    """Return the function's result or exception in another thread."""
     with ThreadPoolExecutor(1) as pool:
         return pool.submit(function).result()
 

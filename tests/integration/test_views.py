@@ -1,4 +1,4 @@
-"""A run for other tools: wires that sigrok decodes to the trace's transfers, a time line, a picture."""
+"""A run for other tools: wires that sigrok decodes to the transfers of the trace, a time line, a plot."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ needs_sigrok = pytest.mark.skipif(shutil.which("sigrok-cli") is None, reason="si
 
 @pytest.fixture(params=[("solution", None), ("lab3", None), ("solution", "fcu001v1")], ids=str)
 def recorded(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[Board, Path]:
-    """A board that has run until it measures, and its wires."""
+    """Return a board that has run until it measures, and its wires."""
     firmware, wiring = request.param
     return record_wires(tmp_path, firmware, wiring)
 
@@ -58,7 +58,7 @@ def sigrok(path: Path, decoder: str, annotations: str) -> list[str]:
 
 
 def whole(board: Board) -> list[BusTransfer]:
-    """The transfers that lie in the file from beginning to end."""
+    """Return the transfers that are completely in the file."""
     begin = board.clock.now_ps - 60 * 10**9
     return [one for one in board.trace.of(BusTransfer) if one.t_ps >= begin]
 
@@ -81,7 +81,7 @@ def test_sigrok_decodes_traces_transfers(recorded: tuple[Board, Path]) -> None:
 
 
 def as_i2c(one: BusTransfer) -> Iterator[str]:
-    """What sigrok's decoder says of a transfer."""
+    """Return a transfer in the form of sigrok's decoder."""
     if one.written:
         yield from ("Start", "Write", f"Address write: {one.address:02X}", "ACK")
         for byte in one.written:
@@ -112,7 +112,7 @@ def test_sigrok_decodes_text(tmp_path: Path) -> None:
 
 
 def changes(path: Path) -> dict[str, list[tuple[int, int]]]:
-    """Of each wire its changes, times in ps: what the format's standard says, read anew."""
+    """Return the changes of each wire with times in ps, read according to the format's standard."""
     text = path.read_text(encoding="ascii")
     assert "$timescale 10 ns $end" in text
     names = dict(re.findall(r"\$var wire 1 (\S+) (\S+) \$end", text))
@@ -206,7 +206,7 @@ REQUIRED = {
     "C": {"name", "pid", "ts", "args"},
     "M": {"name", "pid", "args"},
 }
-"""Keys that "Trace Event Format" asks of each phase."""
+"""Keys that "Trace Event Format" requires for each phase."""
 
 
 @pytest.mark.parametrize("firmware", ["solution", "lab3"])
@@ -288,7 +288,7 @@ def test_picture_labels_its_contents(record: Path, tmp_path: Path) -> None:
 
 
 UNFIT = ["Infinity", "NaN", "1" + "0" * 400]
-"""Numbers of JSON that are not times."""
+"""Numbers in JSON that are not valid times."""
 
 
 @pytest.mark.parametrize(

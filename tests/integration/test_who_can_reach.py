@@ -1,4 +1,4 @@
-"""Ports of a board: open to this machine's 127.0.0.1 alone, and closed when the board has ended."""
+"""Ports of a board are open only on 127.0.0.1 of this machine, and closed when the board has ended."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from fcu_emulator.emulator.links.tcp import TcpLink
 from fcu_emulator.emulator.live.server import PageServer
 
 Opened = tuple[int, Callable[[], None]]
-"""A port, and what closes it."""
+"""A port, and the function that closes it."""
 
 
 def page() -> Opened:

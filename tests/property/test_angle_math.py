@@ -41,7 +41,7 @@ def difference_deg(a: float, b: float) -> float:
 
 
 def in_numpy(acc: NDArray[np.int64], mag: NDArray[np.int64], mu: float) -> NDArray[np.float32]:
-    """The lab's arithmetic on (n, 3) arrays: right-hand sides in float64, results stored in float32."""
+    """Return the lab's angles for (n, 3) arrays: computed in float64, with results stored in float32."""
 
     def single(values: NDArray[np.float64]) -> NDArray[np.float64]:
         return values.astype(np.float32).astype(np.float64)
@@ -144,7 +144,7 @@ def test_size_of_gravity_does_not_matter(acc: Vector, mag: Vector, factor: int) 
 
 
 def board_frame(yaw: float, pitch: float, roll: float) -> tuple[Vector, Vector]:
-    """What a board measures that was turned by yaw, then pitch, then roll about its own axes."""
+    """Return the measurements of a board that was turned by yaw, then pitch, then roll about its own axes."""
     to_board = Rotation.from_euler("ZYX", [yaw, pitch, roll], degrees=True).inv()
     acc, mag = to_board.apply([[0, 0, SCALE], np.multiply(FIELD, SCALE / 1000)]).round().astype(int).tolist()
     return (acc[0], acc[1], acc[2]), (mag[0], mag[1], mag[2])
@@ -197,6 +197,6 @@ def test_mu_weights_gx_in_roll_only(acc: Vector, mu: float) -> None:
 
 
 def test_mu_keeps_roll_steady_at_90_degrees_pitch() -> None:
-    """Question 3: with Gy and Gz near 0, noise on Gy would swing the roll without the mu term."""
+    """Question 3: with Gy and Gz near 0, noise of Gy would change the roll a lot without the mu term."""
     assert angles((1000, 1, 0), mu=1.0)[1] == pytest.approx(0.057, abs=0.001)
     assert angles((1000, 1, 0), mu=0.01)[1] == pytest.approx(0.573, abs=0.001)

@@ -1,9 +1,9 @@
-"""The same traffic over I2C and over SPI with three and with four wires, beside an oracle.
+"""The same traffic over I2C and over SPI with three and four wires, compared with an oracle.
 
-Three copies of a part live in the same world and time. Whatever is written to one is written to all, each
-over its own bus, and whatever is read must be the same from all three. Beyond that, a slow and obvious oracle
-says what registers that only hold a value must read (write masks and resets from the second transcription of
-the datasheets, ``tests/fixtures/registers``), and what the output words must be with and without BDU.
+Three copies of a sensor have the same world and time. All writes go to all copies, each over its own bus, and all
+reads must be equal. A slow and simple oracle also predicts registers that only store a value (write masks and resets
+from the second transcription of the datasheets, ``tests/fixtures/registers``), and the output words with and without
+BDU.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ BYTE = st.integers(0, 0xFF)
 
 
 def transcription(part: str) -> dict[int, tuple[int, int]]:
-    """Reset value and write mask of each address of the main bank that has both as numbers."""
+    """Return reset value and write mask of each address of the main bank that has both as numbers."""
     with (FIXTURES / f"{part.lower()}.csv").open(encoding="utf-8", newline="") as table:
         return {
             int(row["address"], 16): (int(row["reset"], 16), int(row["write_mask"], 16))
@@ -33,7 +33,7 @@ def transcription(part: str) -> dict[int, tuple[int, int]]:
 
 
 class FacesMachine(RuleBasedStateMachine):
-    """Legal register traffic and time."""
+    """State machine with permitted register traffic and time."""
 
     channel: Channel
     plain: tuple[int, ...]  # registers that only hold a value, whatever they set up
@@ -74,7 +74,7 @@ class FacesMachine(RuleBasedStateMachine):
             face.write(address, data, self.wire_bits)
 
     def read(self, address: int, count: int) -> bytes:
-        """What all three show; the bits that select the wires differ and are not compared."""
+        """Return the bytes that all three copies show. Bits that select the wires differ and are not compared."""
         addresses = self.walk(address, count)
         answers = []
         for face in self.faces:
@@ -92,7 +92,7 @@ class FacesMachine(RuleBasedStateMachine):
         return self.increment is None or bool(self.settings[self.increment[0]] & self.increment[1])
 
     def walk(self, address: int, count: int) -> list[int]:
-        """The address of each byte of a burst."""
+        """Return the address of each byte of a burst."""
         visited = []
         for _ in range(count):
             visited.append(address)
@@ -101,7 +101,7 @@ class FacesMachine(RuleBasedStateMachine):
         return visited
 
     def sample(self) -> bytes:
-        """The latest sample as in the output registers."""
+        """Return the latest sample as the output registers have it."""
         counts = [COUNTS_PER_SAMPLE * (self.latest + 1) + 1000 * axis for axis in range(self.channel.axes)]
         words = [count if self.latest >= 0 else 0 for count in counts]
         return b"".join(
@@ -120,7 +120,7 @@ class FacesMachine(RuleBasedStateMachine):
         return self.shown[offset]
 
     def hold(self, held: set[int], byte: int) -> None:
-        """LSM6DSL and LIS2MDL: until the pair's other byte is read (AN5040 4.4, AN5069 6.4)."""
+        """LSM6DSL and LIS2MDL: hold a pair until its other byte is read (AN5040 4.4, AN5069 6.4)."""
         held.add(byte)
         if len(held) == self.channel.width:
             held.clear()
@@ -204,7 +204,7 @@ class Lps22hbFaces(FacesMachine):
     start = ((0x11, 0x10), (0x10, 0x50))
 
     def hold(self, held: set[int], byte: int) -> None:
-        """From the first byte of the pressure read until its high byte is (datasheet 9.5)."""
+        """Hold the pressure from the read of its first byte to that of its high byte (datasheet 9.5)."""
         held.add(byte)
         if byte == 2:
             held.clear()

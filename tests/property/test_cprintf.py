@@ -1,4 +1,4 @@
-"""Our printf against the C library's own, called through ctypes."""
+"""The printf of the firmware model equals that of the C library, which is called through ctypes."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def posix_snprintf() -> Callable[[bytes, list[CValue]], bytes]:
 
 
 def windows_snprintf() -> Callable[[bytes, list[CValue]], bytes]:
-    """The universal runtime's C99 printf; msvcrt's is older, and ``snprintf`` itself is inline."""
+    """Return the C99 printf of the universal runtime; that of msvcrt is older, and ``snprintf`` is inline."""
     library = ctypes.CDLL("ucrtbase")
     standard_behaviour = ctypes.c_uint64(2)  # _CRT_INTERNAL_PRINTF_STANDARD_SNPRINTF_BEHAVIOR
 
@@ -69,7 +69,7 @@ integers = st.integers(-(2**63), 2**63 - 1)
 
 
 def prefixes(flags: str) -> st.SearchStrategy[str]:
-    """The part of a specification before the length modifier."""
+    """Return a strategy for the part of a specification before the length modifier."""
     return st.tuples(st.text(flags, max_size=4), widths, precisions).map(lambda parts: "%" + "".join(parts))
 
 

@@ -1,6 +1,6 @@
-"""The event functions against slow and obvious oracles that look at whole runs (AN5040 section 5).
+"""The event functions agree with slow and simple oracles that evaluate whole runs (AN5040 section 5).
 
-And the law behind them: what a pin shows does not depend on who looks when.
+In addition, the levels of a pin do not depend on the times of reads.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ BURSTS = st.lists(st.tuples(st.booleans(), st.integers(1, 7)), min_size=1, max_s
 
 
 def slopes(samples: list[Sample]) -> list[Sample]:
-    """Half of each difference; before the first sample there is zero."""
+    """Return half of each difference; before the first sample the value is zero."""
     before = [(0.0, 0.0, 0.0), *samples]
     return [
         ((x - px) / 2, (y - py) / 2, (z - pz) / 2)
@@ -53,7 +53,7 @@ def slopes(samples: list[Sample]) -> list[Sample]:
 
 
 def lasting(conditions: list[bool], periods: int) -> list[bool]:
-    """Where a condition has been true for so many periods."""
+    """Return the samples at which a condition has been true for this number of periods."""
     return [n >= periods and all(conditions[n - periods : n + 1]) for n in range(len(conditions))]
 
 
@@ -109,7 +109,7 @@ def _position(sample: Sample, flat: bool) -> int:
 
 
 class Windows(NamedTuple):
-    """INT_DUR2 in samples."""
+    """The time windows of INT_DUR2 in samples."""
 
     shock: int
     quiet: int
@@ -122,7 +122,7 @@ class Windows(NamedTuple):
 
 
 def taps(over: list[bool], windows: Windows, *, double: bool) -> list[str]:
-    """What TAP_SRC shows at each sample, found by searching the whole run for crossings."""
+    """Return TAP_SRC at each sample, from a search of the whole run for threshold crossings."""
     shown = [""] * len(over)
     crossings = [n for n in range(len(over)) if over[n] and (n == 0 or not over[n - 1])]
 
@@ -196,7 +196,7 @@ LOOKS = st.lists(
 def test_pins_do_not_depend_on_reads(
     samples: list[Sample], looks: list[tuple[int, int]], inact: int, routes: tuple[int, int], ctrl8: int
 ) -> None:
-    """Not latched, reading changes nothing: neither the edges nor the samples."""
+    """Without latching, reads change neither the edges nor the samples."""
 
     def bench() -> Bench:
         return Bench(
@@ -226,7 +226,7 @@ def test_pins_do_not_depend_on_reads(
 
 @given(samples=SAMPLES, routes=st.tuples(st.integers(0, 0xFC), st.integers(0, 0xFC)))
 def test_edges_of_woken_part_are_ordered_and_timely(samples: list[Sample], routes: tuple[int, int]) -> None:
-    """Woken at each ``next_event_ps``, the part reports each edge at the moment it happens."""
+    """Called at each ``next_event_ps``, the sensor reports each edge at its time."""
     writes = (MD1_CFG, routes[0]), (MD2_CFG, routes[1]), (TAP_THS_6D, 0x41), (TAP_CFG, ENABLE | 0x0E)
     late, woken = Bench(samples, *writes, (INT1_CTRL, 0x01)), Bench(samples, *writes, (INT1_CTRL, 0x01))
     punctual: list[Edge] = []

@@ -1,4 +1,4 @@
-"""Laws of the formulas of explanations."""
+"""Laws of the formulas in explanations."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def python_value(source: str) -> float:
 
 @given(nodes())
 def test_printed_formula_has_same_value(node: Node) -> None:
-    """Python, the second implementation, reads what is printed."""
+    """Python, as a second implementation, evaluates the printed formula."""
     printed = text(node).replace("^2", "**2")
     try:
         expected = python_value(printed)

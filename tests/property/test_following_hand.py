@@ -1,4 +1,4 @@
-"""Laws of a hand that is followed: continuity over commands, lag, steady rate, and the target in the end."""
+"""Laws of following a hand: continuity over commands, lag, constant rate, and the final target."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Clock:
 
 
 def followed(steps: list[tuple[float, tuple[float, float, float], float]]) -> tuple[World, list[float]]:
-    """A world after the commands (pause before it, target, time constant), and when they came."""
+    """Return a world after the commands (pause before it, target, time constant), and the times of the commands."""
     clock = Clock()
     world = World(clock)
     times = []
@@ -82,7 +82,7 @@ def test_target_is_reached_and_held(steps: list[tuple[float, tuple[float, float,
 @pytest.mark.parametrize("per_second", [40, 60, 125])
 @pytest.mark.parametrize("time_constant_s", [0.1, 0.25])
 def test_hand_turns_at_steady_rate(per_second: int, time_constant_s: float) -> None:
-    """The rate is within 5 % after settling, and the board never lags by more than the time constant."""
+    """After settling the rate is within 5 %, and the board never lags by more than the time constant."""
     clock = Clock()
     world = World(clock)
     seen, lags = [], []

@@ -1,4 +1,4 @@
-"""A master that keeps bytes sees, and leaves behind, what one sees that reads the part each time."""
+"""A master that keeps bytes sees the same and leaves the same state as a master that reads the sensor each time."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ Action: TypeAlias = tuple[str, int, int]
 
 
 def actions(part: str) -> st.SearchStrategy[list[Action]]:
-    """Mostly reads and pauses of about a sample, so that there is something to keep."""
+    """Return a strategy for actions: mostly reads and pauses of about a sample, so that bytes can be kept."""
     write = st.one_of(st.sampled_from(FORMATS[part]), st.sampled_from(SWITCHED_ON[part]))
     kinds: dict[str, st.SearchStrategy[Action]] = {
         "usual": st.sampled_from(USUAL[part]).map(lambda read: ("read", *read)),
@@ -102,7 +102,7 @@ def actions(part: str) -> st.SearchStrategy[list[Action]]:
 
 
 class Bench:
-    """Two copies of a part in one world, each with its master, and what was seen of them."""
+    """Two copies of a sensor in one world, each with its master, and the data that both have read."""
 
     def __init__(
         self, name: str, live: Callable[[Sensor], Master], keeper: Callable[[Sensor], Master]
@@ -137,7 +137,7 @@ class Bench:
         return np.stack([self._scalar(t_s) / 20, np.cos(30 * t_s), 0.2 * np.sin(70 * t_s)], axis=1)
 
     def both_do(self, action: Action) -> None:
-        """Carry it out on both copies, and compare."""
+        """Do an action on both copies, and compare the results."""
         what, number, other = action
         if what == "pass":
             self.now_ps += number * _PAUSE_PS
@@ -168,7 +168,7 @@ class Bench:
             master.part.int2.apply(number, self.now_ps)
 
     def compare(self) -> None:
-        """Whatever is left behind must be the same: every register, held words, pins, notes."""
+        """Compare the state of both copies: every register, held words, pins, notes."""
         parts = [master.part for master in self.masters]
         assert parts[0].registers.held[0] == parts[1].registers.held[0]
         assert [pin.level for pin in parts[0].pins()] == [pin.level for pin in parts[1].pins()]
@@ -200,7 +200,7 @@ def test_bursts_are_kept_as_long_as_they_last(name: str, data: st.DataObject) ->
 
 
 def measuring(*writes: tuple[int, int]) -> LSM6DSL:
-    """An accelerometer at 208 Hz with a sample that nobody has read, at ``_AT_PS``."""
+    """Return an accelerometer at 208 Hz with an unread sample, at ``_AT_PS``."""
     part = LSM6DSL(lambda t_s: np.ones((len(t_s), 3)), lambda t_s: np.zeros((len(t_s), 3)), np.ones_like)
     for address, value in ((0x12, 0x04), (0x10, 0x50), *writes):
         part.write(address, bytes((value,)), 0)

@@ -1,4 +1,4 @@
-"""Laws of the late penalty: never below 0, never more than before, and more for a later submission."""
+"""Laws of the late penalty: points never become negative or increase, and later submissions lose more."""
 
 from __future__ import annotations
 

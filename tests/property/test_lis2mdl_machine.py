@@ -1,9 +1,9 @@
-"""The whole LIS2MDL against a slow and obvious one that takes every sample when it is due.
+"""The whole LIS2MDL agrees with a slow and simple oracle that takes every sample at its time.
 
-The oracle knows the rules (datasheet DocID030621 Rev 3; AN5069 Rev 2; where both are silent, the decisions
-stated at the top of the model's files) and works in whole counts, one sample at a time, in plain Python. Two
-parts run against it: one that is asked only when the test reads something, and one that is caught up at every
-event, as a board does that has something wired to the pin. All three must agree in every byte and every edge.
+The oracle has the rules (datasheet DocID030621 Rev 3; AN5069 Rev 2; otherwise the decisions at the top of the model's
+files) and computes with integer counts, one sample at a time, in plain Python. Two sensors are compared with it. One
+is evaluated only when the test reads it; the other is evaluated at every event, as on a board with a connected pin.
+All three must agree in every byte and every edge.
 """
 
 from __future__ import annotations
@@ -35,25 +35,28 @@ ALL_READY = 0x0F
 
 
 def field_counts(t_ps: int, axis: int) -> int:
-    """Small in most cells, large in some, every so often beyond the range. Even, so that a mean is whole."""
+    """Return small counts in most cells, large ones in some, and sometimes counts beyond the range.
+
+    All are even, so that means are integers.
+    """
     cell = t_ps // CELL_PS
     count = 2 * ((cell * 7919 + axis * 3571) % 41 - 20)
     return {0: 10, 7: 1000}.get((cell + 5 * axis) % 31, 1) * count
 
 
 def field_mgauss(t_s: Array) -> Array:
-    """The same as a signal."""
+    """Return the same field as a signal."""
     times = np.rint(t_s * 1e12).astype(np.int64)
     return 1.5 * np.array([[field_counts(int(t_ps), axis) for axis in range(3)] for t_ps in times])
 
 
 def cut(count: int) -> int:
-    """Saturated at 16 bits."""
+    """Return the counts saturated at 16 bits."""
     return max(-32768, min(32767, count))
 
 
 class Oracle:
-    """The part, one sample at a time."""
+    """The oracle of the sensor, one sample at a time."""
 
     def __init__(self) -> None:
         self.now_ps = 0
@@ -195,7 +198,7 @@ class Oracle:
 
 
 class Watched:
-    """A part with something wired to its pin."""
+    """A sensor with a connected pin."""
 
     def __init__(self) -> None:
         self.chip = Chip("LIS2MDL", LIS2MDLErrors(set_reset_offset_mgauss=(60.0, -90.0, 75.0)))

@@ -1,8 +1,8 @@
-"""The LPS22HB under arbitrary use, against a slow and plain oracle.
+"""The LPS22HB under any use, compared with a slow and simple oracle.
 
-Reference, interrupt, FIFO, pin, block data update, one-shot and reset. Two parts are driven alike: one is
-left alone until it is accessed, the other is made to catch up all the time. Both must do what the oracle
-says, with every edge of the pin at its time.
+The tests cover reference, interrupt, FIFO, pin, block data update, one-shot and reset. Two sensors receive the same
+accesses: one is evaluated only at accesses, the other is made to catch up all the time. Both must do the same as the
+oracle, with every edge of the pin at its time.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ SETTINGS: dict[str, st.SearchStrategy[int]] = {
 
 
 def counts(sample: Array) -> Array:
-    """Of the sample that comes ``sample`` periods after 0: about 1000 hPa, up to 2 off in steps of 1/16."""
+    """Return the counts of the sample that comes ``sample`` periods after 0: 998 to 1002 hPa in steps of 1/16."""
     return 1000 * 4096 + (sample * 29 % 65 - 32) * 256
 
 
@@ -140,19 +140,19 @@ class Lps22hbMachine(RuleBasedStateMachine):
 
     @rule(data=st.data())
     def reconfigure(self, data: st.DataObject) -> None:
-        """One rule for all settings, so that more is done under each than setting others."""
+        """Use one rule for all settings, so that most steps are not settings."""
         for setting in data.draw(st.lists(st.sampled_from(tuple(SETTINGS)), min_size=1, max_size=4)):
             getattr(self, setting)(data.draw(SETTINGS[setting]))
 
     @rule(offset=st.integers(0, 1))
     def begin_reading_under_bdu(self, offset: int) -> None:
-        """Datasheet 9.5: nothing changes until PRESS_OUT_H has been read."""
+        """Datasheet 9.5: no output changes until PRESS_OUT_H has been read."""
         self.control1(0x42)
         self.read_output(offset, 1)
 
     @rule(rarely=st.integers(0, 4), then=st.sampled_from((0x50, 0x51, 0x71)), periods=st.floats(0, 1))
     def one_shot(self, rarely: int, then: int, periods: float) -> None:
-        """Datasheet 9.6; ``then`` is written while the conversion is under way, or after its end."""
+        """Datasheet 9.6. ``then`` is written during the conversion, or after its end."""
         if rarely == 0:
             self.control1(0x00)
             self.control2(0x51)
@@ -163,7 +163,7 @@ class Lps22hbMachine(RuleBasedStateMachine):
 
     @rule(rarely=st.integers(0, 9))
     def swreset(self, rarely: int) -> None:
-        """Datasheet 9.6; the rate is set again, or there would be little to see."""
+        """Datasheet 9.6. The rate is set again, because otherwise there are no samples."""
         if rarely == 0:
             self.oracle.swreset()
             self.write(CTRL_REG2, 0x14)

@@ -1,4 +1,4 @@
-"""The FIFO against an oracle that does everything at once and keeps every word in a list (AN5040 8)."""
+"""The FIFO agrees with an oracle that does everything at once and keeps every word in a list (AN5040 8)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SET, TICK_PS = 3, 25 * PS_PER_US
 
 
 class Sensor:
-    """Its rate, since when, and its samples, each with its time."""
+    """A sensor's rate, its start, and its samples with their times."""
 
     def __init__(self, mark: int, axes: int = 3) -> None:
         self.mark, self.axes = mark, axes
@@ -43,7 +43,7 @@ class Sensor:
 
 
 class Oracle:
-    """One sample after the other, one word after the other."""
+    """An oracle that handles samples and words one after the other."""
 
     def __init__(self) -> None:
         self.now_ps = 0
@@ -160,7 +160,7 @@ class Oracle:
 
 @dataclass(frozen=True)
 class Setup:
-    """One configuration, reached through bypass; ``xl``, ``g``, ``rate``: ODR codes."""
+    """A configuration that is reached through bypass; ``xl``, ``g``, ``rate``: ODR codes."""
 
     xl: int
     g: int
@@ -198,7 +198,7 @@ STEPS = st.one_of(
 
 
 class Traffic:
-    """The same done to the FIFO and to the oracle."""
+    """The same accesses to the FIFO and to the oracle."""
 
     def __init__(self) -> None:
         self.bench, self.oracle = Bench(), Oracle()
@@ -245,7 +245,7 @@ class Traffic:
         assert self.bench.words(available) == [self.oracle.pop() for _ in range(available)]
 
     def _between_samples(self, at_ps: int) -> int:
-        """Return the first time from ``at_ps`` on without a sample, whose order with an event is another test."""
+        """Return the first time from ``at_ps`` without a sample; another test has the order of samples and events."""
         while any(sensor.samples_at(at_ps) for sensor in (self.oracle.xl, self.oracle.g)):
             at_ps += 1
         return at_ps
@@ -256,7 +256,7 @@ class Traffic:
         self.oracle.event("WU" if routed else "FF")
 
     def ahead(self, ps: int) -> None:
-        """A function that has worked ahead has raised its event; nothing of it shows before its time."""
+        """Let a function that works ahead raise its event early; the event must not be visible before its time."""
         bench, oracle = self.bench, self.oracle
         at_ps = self._between_samples(bench.t_ps + ps)
         bench.catch_up(bench.t_ps)
@@ -273,7 +273,7 @@ class Traffic:
         assert self.bench.read(0x3A, 4) == self.oracle.status()
 
     def early(self, _: int) -> None:
-        """No flag changes before the time the FIFO has given for it."""
+        """Check that no flag changes before the time that the FIFO has announced."""
         bench = self.bench
         bench.catch_up(bench.t_ps)
         heard, next_ps = len(bench.heard), bench.fifo.next_event_ps()

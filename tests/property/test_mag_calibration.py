@@ -1,4 +1,4 @@
-"""MagCalibration's invariants, and the same against a slow oracle that remembers every sample."""
+"""Invariants of MagCalibration, and agreement with a slow oracle that stores every sample."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ earth_samples = st.lists(st.tuples(earth_axis, earth_axis, earth_axis), min_size
 
 
 class Calibration:
-    """The slides' globals mag_min and mag_max with a sample put in and taken out."""
+    """The slides' globals mag_min and mag_max. ``feed`` takes a sample and returns the calibrated one."""
 
     def __init__(self) -> None:
         self.mag_min = AxesRaw_TypeDef(10000, 10000, 10000)
@@ -48,7 +48,7 @@ def fed(sequence: list[Vector]) -> Calibration:
 
 
 def oracle(history: list[Vector]) -> Vector:
-    """The last sample less the centre of all so far, in exact arithmetic."""
+    """Return the last sample minus the centre of all samples so far, in exact arithmetic."""
 
     def corrected(values: tuple[int, ...]) -> int:
         centre = Fraction(max(-10000, *values) + min(10000, *values), 2)

@@ -1,4 +1,4 @@
-"""A sample is a function of its time, the world and the registers: reading other samples never changes it."""
+"""A sample depends only on its time, the world and the registers: reads of other samples never change it."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def test_sensor_samples_do_not_depend_on_reads(
     steps: list[tuple[float, Callable[[World], object] | dict[int, int] | None, bool]],
     ideal: bool,
 ) -> None:
-    """One board is read after each step, one now and then, one only at the end: the last read is the same."""
+    """One board is read after each step, one sometimes, and one only at the end. The last reads are equal."""
     read, sometimes, _unread = boards = [Board(firmware=None, ideal=ideal) for _ in range(3)]
     for board in boards:
         put(board, registers)

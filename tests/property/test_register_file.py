@@ -1,4 +1,4 @@
-"""A register file with made-up registers: what holds for any map, whatever hooks sit on it."""
+"""A register file with generated registers: laws for any map and any hooks."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ BYTE = st.integers(0, 0xFF)
 
 @dataclass(frozen=True)
 class Layout:
-    """Registers by address and size, some with a hook before or after a read, and where bursts turn back."""
+    """Registers by address and size, some with a hook before or after a read, and the jumps of bursts."""
 
     registers: tuple[type[Register], ...]
     before: frozenset[int]
@@ -32,7 +32,7 @@ class Layout:
 
 @st.composite
 def layouts(draw: st.DrawFn) -> Layout:
-    """Anything from an empty map to one without gaps."""
+    """Return a strategy for layouts, from an empty map to one without gaps."""
     registers, address = [], 0
     while address < ADDRESSES:
         size = draw(st.integers(1, 6))
@@ -59,10 +59,10 @@ def declare(address: int, size: int, access: str, modelled: bool) -> type[Regist
 
 
 def build(layout: Layout) -> RegisterFile:
-    """Hooks change memory, so that a hook called too often, too seldom or in the wrong place shows.
+    """Return a register file. Hooks change memory, so that a wrong call of a hook is visible.
 
-    The one before a read counts it in every byte that is read (output registers); the one after a read clears
-    a byte elsewhere (latched flags).
+    The hook before a read counts it in every byte that is read (output registers). The hook after a read clears a
+    byte elsewhere (latched flags).
     """
     registers = RegisterFile(RegisterMap(layout.registers), layout.wrap)
     registers.mem[:] = bytes(range(ADDRESSES))
@@ -100,7 +100,7 @@ def test_burst_equals_single_byte_reads(layout: Layout, start: int, count: int) 
 
 @given(layouts(), ADDRESS, st.integers(1, 64))
 def test_burst_does_not_use_earlier_plan(layout: Layout, start: int, count: int) -> None:
-    """Bursts are planned once; a change of the increment must not leave an old plan behind."""
+    """Bursts are planned once. After a change of the increment, an old plan must not be used."""
     used, fresh = build(layout), build(layout)
     used.read(start, count, 0)
     used.increment = not layout.increment
@@ -113,7 +113,7 @@ def test_burst_does_not_use_earlier_plan(layout: Layout, start: int, count: int)
 
 @given(layouts(), st.dictionaries(ADDRESS, ADDRESS, max_size=5), ADDRESS, st.integers(0, 40))
 def test_burst_follows_latest_jumps(layout: Layout, jumps: dict[int, int], start: int, count: int) -> None:
-    """In whatever order both were set (IF_INC and ROUNDING, LSM6DSL AN5040 4.7)."""
+    """The order of both settings has no effect (IF_INC and ROUNDING, LSM6DSL AN5040 4.7)."""
     jumps |= dict.fromkeys(sorted(layout.wrap)[:1], start)  # where a burst turns back anyway, too
     registers = build(layout)
     registers.set_jumps(dict.fromkeys(range(ADDRESSES), 0))
@@ -220,7 +220,7 @@ def test_write_hook_gets_old_and_masked_new_value() -> None:
 
 
 class Memory:
-    """A device of 128 plain bytes."""
+    """A device with 128 plain bytes."""
 
     NAME: ClassVar[str] = "MEMORY"
     BUS: ClassVar[Bus] = Bus(i2c_addresses=(0x50,), spi_wires=None, source="this test")
@@ -262,7 +262,7 @@ def test_read_continues_at_next_register(content: bytes, start: int, counts: lis
 
 @given(ADDRESS, st.booleans(), st.binary(min_size=1, max_size=40), st.data())
 def test_write_may_come_in_pieces(start: int, bit_7: bool, data: bytes, draw: st.DataObject) -> None:
-    """Bit 7 of the sub-address carries no meaning; data written and read back is the same."""
+    """Bit 7 of the sub-address has no meaning. Written data are read back unchanged."""
     cut = draw.draw(st.integers(0, len(data)))
     device = Memory()
     target = SubaddressTarget(device, lambda: 0)

@@ -1,4 +1,4 @@
-"""A sample stream against a slow and obvious one: exact times, one value per sample, restarts and blocks."""
+"""A sample stream agrees with a slow and simple one: exact times, one value per sample, restarts and blocks."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ GAPS = st.lists(st.one_of(st.integers(1, PS_PER_S), st.integers(1, 10**4 * PS_PE
 
 
 def tagged(number: int, t_s: Times) -> bytes:
-    """Each sample carries its number and its time, bit by bit."""
+    """Return samples that carry their number and their exact time."""
     return b"".join(struct.pack("<qd", number + index, t) for index, t in enumerate(t_s))
 
 
 def sample(stream: SampleStream) -> tuple[int, float]:
-    """Number and time in seconds of the stream's current sample."""
+    """Return number and time in seconds of the stream's current sample."""
     number, t_s = struct.unpack("<qd", stream.data)
     return number, t_s
 
@@ -36,7 +36,7 @@ def moments(start_ps: int, gaps: list[int]) -> list[int]:
 
 
 def due_ps(start_ps: int, rate_hz: Fraction, number: int) -> int:
-    """Sample ``number``: the first after one period, rounded up; the others periods later, rounded up."""
+    """Return the time of sample ``number``: the first after one period, the others periods later, each rounded up."""
     return start_ps + math.ceil(PS_PER_S / rate_hz) + math.ceil(number * PS_PER_S / rate_hz)
 
 
@@ -64,7 +64,7 @@ def test_latest_sample_is_last_one_due(start_ps: int, rate_hz: Fraction, gaps: l
 def test_sample_time_does_not_depend_on_reads(
     start_ps: int, rate_hz: Fraction, gaps: list[int], invalidated: set[int]
 ) -> None:
-    """To the last bit: a world sampled 1e-16 s apart could round to another count. Gaps in samples."""
+    """Times are equal in every bit: a difference of 1e-16 s could give another count. There are gaps in the samples."""
     often = SampleStream(16, tagged)
     often.start(start_ps, rate_hz)
 
@@ -82,7 +82,7 @@ def test_sample_time_does_not_depend_on_reads(
 
 @given(RATES, st.lists(st.integers(1, 5 * PS_PER_S), min_size=2, max_size=5))
 def test_sample_numbers_continue_over_restarts(rate_hz: Fraction, runs_ps: list[int]) -> None:
-    """Two one-shot measurements must not get the same noise."""
+    """Otherwise two one-shot measurements would have the same noise."""
     stream, now_ps, numbers = SampleStream(16, tagged), 0, []
     for run_ps in runs_ps:
         stream.start(now_ps, rate_hz)
@@ -98,7 +98,7 @@ def test_sample_numbers_continue_over_restarts(rate_hz: Fraction, runs_ps: list[
 def test_synchronised_streams_coincide_despite_reads(
     first_ps: int, second_ps: int, rate_hz: Fraction, ratio: int, faster: bool, gaps: list[int]
 ) -> None:
-    """Every sample of the slower one comes with one of the faster one, once both run."""
+    """Once both run, every sample of the slower stream comes with a sample of the faster one."""
     other_hz = rate_hz * ratio if faster else rate_hz / ratio
     first, second = SampleStream(16, tagged), SampleStream(16, tagged)
     first.start(first_ps, rate_hz)
@@ -150,7 +150,7 @@ def test_before_first_sample_data_is_0() -> None:
 
 @given(RATES, st.integers(1, 50), st.integers(1, 50))
 def test_invalidating_recomputes_only_later_samples(rate_hz: Fraction, before: int, after: int) -> None:
-    """The producer is asked again for what is still to come, in order and without a gap."""
+    """The producer is called again for later samples, in order and without a gap."""
     factor = [1]
     stream = SampleStream(8, lambda number, t_s: struct.pack(f"<{len(t_s)}q", *(factor * len(t_s))))
     stream.start(0, rate_hz)
@@ -172,7 +172,7 @@ def test_invalidating_recomputes_only_later_samples(rate_hz: Fraction, before: i
     st.integers(0, 2**32 - 1), st.lists(st.tuples(st.integers(0, 20000), st.integers(1, 5000)), max_size=6)
 )
 def test_noise_is_function_of_sample_number(seed: int, blocks: list[tuple[int, int]]) -> None:
-    """Whatever was drawn before, over the seams between pages too."""
+    """Earlier draws have no effect, also across the borders of pages."""
     used = NoiseSource(noise_key(seed, "part"), 3)
 
     for first, count in blocks:

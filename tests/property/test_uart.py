@@ -1,7 +1,7 @@
-"""The serial line against a slow oracle that moves every byte by itself, a byte at a time.
+"""The serial line agrees with a slow oracle that moves each byte separately.
 
-The oracle knows two registers (RM0368 19.3.2): the sender may write the data register when it is empty, the
-shift register takes a byte whenever it is free. The sender is away during the given interruptions.
+The oracle has two registers (RM0368 19.3.2): the sender may write the data register when it is empty, and the shift
+register takes a byte when it is free. The sender is interrupted during given intervals.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ FRAME = Fraction(10 * 729 * PS_PER_S, 84_000_000)  # BRR 0x2D9
 
 
 def completion_times(count: int, away: list[tuple[Fraction, Fraction]]) -> list[Fraction]:
-    """When each of ``count`` bytes has left, written by a sender that is away in the given intervals."""
+    """Return the times at which each of ``count`` bytes has left, if the sender is interrupted in these intervals."""
     times: list[Fraction] = []
     shift_free, data_free = Fraction(0), Fraction(0)
     for _ in range(count):
@@ -36,7 +36,7 @@ def completion_times(count: int, away: list[tuple[Fraction, Fraction]]) -> list[
 
 @given(st.binary(min_size=1, max_size=60), st.integers(1000, 3000), st.integers(1, 38))
 def test_byte_times_equal_two_register_oracle(data: bytes, period_us: int, length: int) -> None:
-    """A timer takes the processor away for the time of an I2C read, again and again, during a transmit."""
+    """During a transmission, a timer repeatedly interrupts the processor for the time of an I2C read."""
 
     def send(hal: VirtualHal) -> None:
         start_timer(hal, prescaler=83, period=period_us - 1)  # 1 MHz count: a period in us

@@ -23,7 +23,7 @@ T0 = np.array([0.0])
 
 
 def lab_angles(world: World, t_s: Array) -> Array:
-    """Pitch, roll, yaw (N, 3) in degrees by the lab's formulas, mu = 1, unrounded."""
+    """Return pitch, roll, yaw (N, 3) in degrees by the lab's formulas, with mu = 1 and without rounding."""
     gx, gy, gz = world.specific_force_g(t_s).T
     bx, by, bz = world.magnetic_field_mgauss(t_s).T
     pitch = np.arctan2(-gx, np.sqrt(gy**2 + gz**2))
@@ -209,7 +209,7 @@ def test_resting_world_does_not_change(
 def test_world_past_never_changes(
     changes: list[tuple[float, Callable[[World, float], object], float]], share: float
 ) -> None:
-    """Whatever happens later, every quantity of an earlier time keeps its value, to the last bit."""
+    """Later changes never change a quantity at an earlier time, not even in its last bit."""
     clock = Clock()
     world = World(clock)
     past: list[tuple[Array, str, Array]] = []
@@ -224,7 +224,7 @@ def test_world_past_never_changes(
 
 
 def test_world_ten_minutes_of_hand_are_kept() -> None:
-    """A mouse gives 50 commands per second: the first of 30,000 is still known."""
+    """A mouse gives 50 commands per second. The first of 30,000 commands is still available."""
     clock = Clock()
     world = World(clock)
     for index in range(30_000):
@@ -235,7 +235,7 @@ def test_world_ten_minutes_of_hand_are_kept() -> None:
 
 
 def test_world_dropped_history_raises(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The oldest half is dropped when one quantity changed too often; its times raise, others stay exact."""
+    """The older half is dropped when one quantity has changed too often. Its times raise errors, others stay exact."""
     monkeypatch.setattr(truth, "HISTORY_CHANGES", 1000)
     clock = Clock()
     world = World(clock)

@@ -1,4 +1,4 @@
-"""Small firmwares for tests of the board: each does one thing, on the same HAL as the lab's."""
+"""Small firmwares for tests of the board. Each has one function and uses the same HAL as the lab's."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from fcu_emulator.emulator.python_cpu.hal import VirtualHal
 
 
 class Script:
-    """Firmware that runs ``main(hal)`` once and then idles; ``tick(hal)`` is its timer callback."""
+    """Firmware that runs ``main(hal)`` once and then idles. ``tick(hal)`` is its timer callback."""
 
     def __init__(
         self,
@@ -32,11 +32,11 @@ class Script:
 def script(
     main: Callable[[VirtualHal], None], tick: Callable[[VirtualHal], None] = lambda _hal: None
 ) -> Callable[[VirtualHal], Script]:
-    """A firmware to give to ``Board(firmware=...)``."""
+    """Return a firmware for ``Board(firmware=...)``."""
     return lambda hal: Script(hal, main, tick)
 
 
 def start_timer(hal: VirtualHal, prescaler: int = 83, period: int = 1249) -> None:
-    """TIM9 with its interrupt, 800 Hz unless told otherwise."""
+    """Start TIM9 with its interrupt, at 800 Hz by default."""
     hal.HAL_TIM_Base_Init(prescaler, period)
     hal.HAL_TIM_Base_Start_IT()

@@ -1,4 +1,4 @@
-"""One part behind one of the buses that reach it: I2C, or SPI with three or four wires."""
+"""A sensor on one of its buses: I2C, or SPI with three or four wires."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ COUNTS_PER_SAMPLE = 317
 
 
 class Face:
-    """One copy of a part behind one bus; ``own`` are the bits of ``wires`` (address) that this bus needs."""
+    """One copy of a sensor on one bus; ``own`` are the bits of ``wires`` (address) that this bus needs."""
 
     def __init__(self, channel: Channel, bus: Literal["I2C", "SPI3", "SPI4"], wires: int, own: int) -> None:
         self.chip = moving(channel)
@@ -23,7 +23,7 @@ class Face:
             self.spi = SpiTarget(self.chip.part, lambda: self.chip.t_ps)
 
     def write(self, address: int, data: bytes, wire_bits: int) -> None:
-        """One transfer; the bits that select the wires are this face's own."""
+        """Do one write transfer. The bits that select the wires are those of this bus."""
         sent = bytearray(data)
         for offset in range(len(data)):
             if address + offset == self.wires:
@@ -51,7 +51,7 @@ class Face:
 
 
 def moving(channel: Channel) -> Chip:
-    """Sample k reads k + 1 steps on the first axis, and 1000 counts more on each further one."""
+    """Return a signal: sample k reads k + 1 steps on the first axis, and 1000 counts more on each next axis."""
     chip = Chip(channel.part)
     lsb = channel.scales[0][1]
     per_s = COUNTS_PER_SAMPLE * lsb * float(channel.rate_hz)

@@ -35,7 +35,9 @@ NATIVE = ROOT / "emulator" / "chip" / "native"
 SCENARIO_PACKAGE = "emulator/scenario/"
 _INTO_THE_BANNER_S = 4e-3
 """The chip prints its first line from 2.2 to 5.6 ms. At about 3 ms RCC checks the clocks, 1 ms after they were set up.
-The data path begins after that, because nothing else must happen meanwhile."""
+
+The data path begins after that, because other work must not happen during it.
+"""
 _A_PIECE_OF_IT_S = 1e-3
 _TICKING_S = 1.2
 _TICK_S = 1.25e-3
@@ -60,7 +62,7 @@ C_FILES = {
 
 
 class Entry(NamedTuple):
-    """A function that was called, and the file of its caller, empty if that is not one of ours."""
+    """A function that was called, and the file of its caller; empty if that is not a file of the project."""
 
     file: str
     function: str
@@ -68,7 +70,7 @@ class Entry(NamedTuple):
 
 
 class DataPath(NamedTuple):
-    """Files in the order in which they were reached, with the first function; ``beyond``: those outside the package."""
+    """Files in the order in which they were reached, with the first function. ``beyond``: those outside the package."""
 
     name: str
     files: dict[str, str]
@@ -76,12 +78,12 @@ class DataPath(NamedTuple):
 
     @property
     def count(self) -> str:
-        """As the table shows it."""
+        """Return the count as the table shows it."""
         return f"{len(self.files)}+{len(self.beyond)}" if self.beyond else str(len(self.files))
 
 
 def entered(run: Callable[[], object]) -> list[Entry]:
-    """Every function of ours that ``run()`` enters, once for each caller's file."""
+    """Return every function of the project that ``run()`` calls, once for each file of a caller."""
     found: dict[tuple[str, str], Entry] = {}
 
     def note(frame: FrameType, event: str, _: object) -> None:
@@ -101,7 +103,7 @@ def entered(run: Callable[[], object]) -> list[Entry]:
 
 
 def _ours(file: str) -> str:
-    """The path below the root, or nothing if it is not a file of the packages or of the scenarios."""
+    """Return the path below the root, or an empty one for files outside of the packages and scenarios."""
     for package in ("emulator", "sensors", "firmware_model", "scenarios"):
         if file.startswith(f"{ROOT / package}/"):
             return Path(file).relative_to(ROOT).as_posix()
@@ -116,7 +118,7 @@ def _files(entries: list[Entry]) -> dict[str, str]:
 
 
 def attitude_to_register() -> DataPath:
-    """The accelerometer measures at 6.66 kHz and +-4 g; the board is turned by 30 degrees."""
+    """Measure at 6.66 kHz and +-4 g with the accelerometer, and turn the board by 30 degrees."""
     board = emulator.Board(ideal=True)
     board.i2c2.write(0x6B, b"\x10\xa8")
     board.run_for(0.1)
@@ -134,7 +136,7 @@ def attitude_to_register() -> DataPath:
 
 
 def printf_to_terminal() -> DataPath:
-    """A millisecond of the first line, 11 bytes, while nothing else goes on."""
+    """Run a millisecond of the first line, 11 bytes, without other work."""
     board = emulator.Board(firmware="solution")
     board.run_for(_INTO_THE_BANNER_S)
     before = board.terminal.text
@@ -150,7 +152,7 @@ def printf_to_terminal() -> DataPath:
 
 
 def i2c_to_sensor() -> DataPath:
-    """One period of the timer, in which its callback reads four blocks of registers, from new trains."""
+    """Run one period of the timer, whose callback reads four blocks of registers after new samples."""
     board = emulator.Board(firmware="solution")
     board.run_for(_TICKING_S)
     for part in board.sensors:
@@ -162,7 +164,7 @@ def i2c_to_sensor() -> DataPath:
 
 
 def toml_to_verdict() -> DataPath:
-    """A scenario with motion, expectations and reports."""
+    """Judge a scenario with motion, expectations and reports."""
     passed = []
 
     def follow() -> None:
@@ -184,7 +186,7 @@ def toml_to_verdict() -> DataPath:
 
 
 DATA_PATHS = (toml_to_verdict, attitude_to_register, printf_to_terminal, i2c_to_sensor)
-"""The scenario's data path comes first: its files are counted from their imports on."""
+"""The scenario's data path is first, because its files are counted from their imports."""
 
 
 def main() -> None:

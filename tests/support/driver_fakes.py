@@ -1,4 +1,4 @@
-"""What tests of third-party drivers share: attitudes, the truth in board axes, and how often data changes."""
+"""Common parts of the tests of third-party drivers: attitudes, the truth in board axes, and counts of changes."""
 
 from __future__ import annotations
 
@@ -17,42 +17,42 @@ G_M_S2 = 9.80665
 
 
 def board_axes(raw: Vector) -> Vector:
-    """The lab's axes: out.X = -raw.Y, out.Y = raw.X, out.Z = raw.Z, for all three vectors."""
+    """Return a vector in the lab's axes: out.X = -raw.Y, out.Y = raw.X, out.Z = raw.Z."""
     return -raw[1], raw[0], raw[2]
 
 
 def settled(attitude: Vector = (0, 0, 0)) -> Board:
-    """An ideal board without firmware, held in an attitude."""
+    """Return an ideal board without firmware, held in an attitude."""
     board = Board(ideal=True)
     board.world.set_attitude(*attitude)
     return board
 
 
 def acceleration_g(board: Board) -> Vector:
-    """The truth now."""
+    """Return the present truth in g."""
     x, y, z = board.world.specific_force_g(board.now_s)[0]
     return float(x), float(y), float(z)
 
 
 def rate_dps(board: Board) -> Vector:
-    """The truth now."""
+    """Return the present truth in deg/s."""
     x, y, z = board.world.angular_rate_dps(board.now_s)[0]
     return float(x), float(y), float(z)
 
 
 def field_ut(board: Board) -> Vector:
-    """The truth now, in microteslas."""
+    """Return the present truth in microteslas."""
     x, y, z = board.world.magnetic_field_mgauss(board.now_s)[0] / 10
     return float(x), float(y), float(z)
 
 
 def within(measured: Vector, truth: Vector, lsb: float) -> bool:
-    """Whether every axis is within one LSB."""
+    """Return whether every axis is within one LSB."""
     return all(math.isclose(a, b, rel_tol=0, abs_tol=lsb) for a, b in zip(measured, truth, strict=True))
 
 
 def changes(board: Board, read: Callable[[], object], seconds: float, every_s: float) -> int:
-    """How often ``read()``, called ``every_s``, gives something else than the time before."""
+    """Return how often ``read()``, called ``every_s``, returns another value than before."""
     last, count = read(), 0
     end_s = board.now_s + seconds
     while board.now_s < end_s:

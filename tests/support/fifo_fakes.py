@@ -1,6 +1,6 @@
-"""The FIFO and the timestamp of the LSM6DSL alone, between sensors whose samples tell when they were taken.
+"""The FIFO and the timestamp of the LSM6DSL alone, between sensors whose samples show their times.
 
-The whole part is tested through its registers; what other functions raise is easier to say here by hand.
+Other tests use the whole sensor through its registers. Here it is easier to raise events of other functions.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ PERIOD_PS = -(-PS_PER_S // 104)
 
 
 def sample_word(mark: int, t_s: float, axis: int) -> int:
-    """What a sample of a sensor taken at ``t_s`` reads: no two within a second are alike."""
+    """Return the word of a sample taken at ``t_s``; all words within a second are different."""
     return round(t_s * 44101 + 0.1234 + 9000 * mark + 1000 * axis) & 0xFFFF
 
 
@@ -49,7 +49,7 @@ def _producer(mark: int, axes: int) -> Producer:
 
 
 class Bench:
-    """Registers, streams and signals around a FIFO; everything happens at ``t_ps``.
+    """Registers, streams and signals around a FIFO at the time ``t_ps``.
 
     ``heard``: (signal, level, time) of the FIFO's three flags; ``notes``: the texts.
     """
@@ -84,13 +84,13 @@ class Bench:
         self.heard.append((name, on, at_ps))
 
     def catch_up(self, now_ps: int) -> None:
-        """As the part does it: the features that are active, in their order."""
+        """Catch up as the sensor does: call the active features in their order."""
         for feature in (self.timestamp, self.fifo):
             if feature.active:
                 feature.catch_up(now_ps)
 
     def write(self, address: int, *values: int) -> None:
-        """Single writes to ``address`` and the following; streams follow CTRL1_XL and CTRL2_G."""
+        """Write bytes to ``address`` and the following registers; streams follow CTRL1_XL and CTRL2_G."""
         for offset, value in enumerate(values):
             self.registers.write(address + offset, bytes((value,)), self.t_ps)
             self.catch_up(self.t_ps)
@@ -100,16 +100,16 @@ class Bench:
                 feature.configure(self.t_ps)
 
     def read(self, address: int, count: int = 1) -> bytes:
-        """A burst read."""
+        """Read registers in a burst."""
         return self.registers.read(address, count, self.t_ps)
 
     def words(self, count: int) -> list[int]:
-        """Words out of the FIFO."""
+        """Read words from the FIFO."""
         data = self.read(0x3E, 2 * count) if count else b""
         return [int.from_bytes(data[at : at + 2], "little") for at in range(0, len(data), 2)]
 
     def fill(self) -> int:
-        """DIFF_FIFO."""
+        """Return DIFF_FIFO, the number of unread words."""
         status = self.read(0x3A, 2)
         return status[0] | (status[1] & 0x07) << 8
 
@@ -118,7 +118,7 @@ class Bench:
         self.t_ps += ps
 
     def pulse(self, name: SignalName) -> None:
-        """Another function's event, now."""
+        """Raise an event of another function now."""
         self.signals.set(name, True, self.t_ps)
         self.signals.set(name, False, self.t_ps)
 
@@ -136,7 +136,7 @@ class Bench:
 
 
 def sample_ps(start_ps: int, rate_hz: float, number: int) -> int:
-    """When sample ``number`` (1, 2 ...) of a sensor started at ``start_ps`` comes: never before it is due."""
+    """Return the time of sample ``number`` (1, 2 ...) of a sensor started at ``start_ps``, which is never early."""
     halves = int(2 * rate_hz)  # 12.5 Hz is the only rate that is not whole
     return start_ps - (-2 * PS_PER_S // halves) - (-2 * PS_PER_S * (number - 1) // halves)
 
@@ -144,7 +144,7 @@ def sample_ps(start_ps: int, rate_hz: float, number: int) -> int:
 def fifo_of(
     mode: int, sets: int = XL_ONLY, ctrl4: int = 0, watermark: int = 0, odr: int = HZ_104
 ) -> WholePart:
-    """A part whose accelerometer runs at 104 Hz in a world where no two samples are alike."""
+    """Return a sensor whose accelerometer runs at 104 Hz in a world where all samples are different."""
     chip = WholePart("LSM6DSL")
     chip.world.signals["acceleration_g"] = ramp((0.0, 0.0, 0.0), (0.01, 0.02, -0.03))
     chip.configure(
@@ -161,12 +161,12 @@ def fifo_of(
 
 
 def samples(chip: WholePart, count: int) -> None:
-    """Wait for ``count`` samples at 104 Hz, not more than some ps longer."""
+    """Wait for ``count`` samples at 104 Hz, at most a few ps longer."""
     chip.t_ps += count * PERIOD_PS
 
 
 def status(chip: WholePart) -> tuple[int, int, int]:
-    """Unread words, flags, and place in the pattern."""
+    """Return unread words, flags, and the place in the pattern."""
     data = chip.read(FIFO_STATUS1, 4)
     return data[0] | (data[1] & 0x07) << 8, data[1] & 0xF8, data[2] | data[3] << 8
 
@@ -174,7 +174,7 @@ def status(chip: WholePart) -> tuple[int, int, int]:
 def bench_of(
     mode: int, *, xl: int = HZ_104, g: int = 0, dec: tuple[int, ...] = (0, 1, 0, 0), ctrl2: int = 0
 ) -> Bench:
-    """Sensors by hand; ``dec``: DEC_* codes in the order of the sets."""
+    """Return a bench with simulated sensors; ``dec``: DEC_* codes in the order of the sets."""
     bench = Bench()
     bench.write(CTRL1_XL, xl << 4, g << 4)
     bench.write(FIFO_CTRL2, ctrl2, dec[0] << 3 | dec[1], dec[3] << 3 | dec[2])

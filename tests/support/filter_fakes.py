@@ -1,4 +1,4 @@
-"""Sines and steps through the LSM6DSL's filters, seen through its registers."""
+"""Sines and steps through the LSM6DSL's filters, as its registers show them."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ HZ = (0, 12.5, 26, 52, 104, 208, 416, 833, 1666, 3332, 6664)
 
 
 def at_rate(channel: Channel, code: int) -> Channel:
-    """The channel at the output data rate of an ODR code."""
+    """Set the channel to the output data rate of an ODR code."""
     return replace(channel, rate_hz=Fraction(HZ[code]))
 
 
 def sine(hz: float, amplitude: float) -> Signal:
-    """The same on all axes."""
+    """Return a sine that is the same on all axes."""
 
     def signal(t_s: Array) -> Array:
         return np.outer(amplitude * np.sin(2 * np.pi * hz * t_s), (1.0, 1.0, 1.0))
@@ -30,9 +30,9 @@ def sine(hz: float, amplitude: float) -> Signal:
 def measured(
     channel: Channel, writes: Writes, hz: float, skip: int, count: int = 600, *, world: bool = False
 ) -> complex:
-    """Gain and phase of a sine on X, from ``count`` samples after the first ``skip``.
+    """Return gain and phase of a sine on X, from ``count`` samples after the first ``skip``.
 
-    ``world``: the sine is what the world does, and not what the converter's filters make of it.
+    ``world``: the sine is that of the world, before the filters of the converter.
     """
     chip = Chip("LSM6DSL", agitated=world)
     amplitude = 25_000 * channel.scales[0][1]

@@ -1,4 +1,4 @@
-"""A HAL without physics: register memories, a log, and a power switch to end the firmware's endless loop."""
+"""A HAL without physics: register memories, a log, and a power switch that ends the firmware's endless loop."""
 
 from __future__ import annotations
 
@@ -12,15 +12,14 @@ LED1, LED2 = ("B", 5), ("B", 4)
 
 
 class PowerOffError(Exception):
-    """The board was switched off."""
+    """The board was switched off during a delay."""
 
 
 class FakeHal:
-    """Three register memories with their reset values, and everything the firmware did, in order.
+    """Three register memories with their reset values, and all calls of the firmware in order.
 
-    Timer interrupts come when the timer starts (STM32: the update flag is already set) and
-    ``ticks_per_delay`` times in each delay after that. ``power_off_at`` is the number of the delay that never
-    returns, counted from 1.
+    Timer interrupts come when the timer starts (STM32: the update flag is already set) and ``ticks_per_delay`` times
+    in each later delay. ``power_off_at`` is the number of the delay that never returns, counted from 1.
     """
 
     def __init__(self, power_off_at: int = 3, ticks_per_delay: int = 1) -> None:
@@ -56,7 +55,7 @@ class FakeHal:
         struct.pack_into("<h", self.registers[LPS22HB], 0x2B, temperature_raw)
 
     def set_slide_values(self) -> None:
-        """The raw registers behind the slides' terminal; MAG is the nearest."""
+        """Set the raw registers of the slides' terminal output; MAG has the nearest values."""
         self.set_axes(LSM6DSL, 0x28, 189, -361, 8264)
         self.set_axes(LSM6DSL, 0x22, -1, -10, -1)
         self.set_axes(LIS2MDL, 0x68, 134, -8, -252)
@@ -123,7 +122,7 @@ class FakeHal:
 def run_until_power_off(
     firmware_class: type[LabFirmware], hal: FakeHal, settings: Settings | None = None
 ) -> LabFirmware:
-    """Boot a firmware on the fake and run it to the delay that never returns."""
+    """Boot a firmware on the fake and run it until the delay that never returns."""
     firmware = firmware_class(hal, settings)
     hal.firmware = firmware
     try:

@@ -1,4 +1,4 @@
-"""What the documents forbid, setting by setting, and where.
+"""The settings that the documents forbid, with their sources.
 
 LSM6DSL: datasheet DocID028475 Rev 7 and AN5040 Rev 3; LIS2MDL: DocID030621 Rev 3 and AN5069 Rev 2; LPS22HB:
 DocID027083 Rev 6.
@@ -18,7 +18,7 @@ FUNC_EN, IRON = (0x19, 0x04), (0x1A, 0x03)  # MASTER_ON and IRON_EN
 
 
 def slave_0(count: int) -> Writes:
-    """The sensor hub reads ``count`` bytes of a LIS2MDL (datasheet 11.2 to 11.4)."""
+    """Return writes for a sensor hub that reads ``count`` bytes of a LIS2MDL (datasheet 11.2 to 11.4)."""
     return (BANK_A, (0x02, 0x3D), (0x03, 0x68), (0x04, count), MAIN)
 
 
@@ -36,7 +36,7 @@ class Case(NamedTuple):
 
 
 def codes(part: str, address: int, values: range, shift: int, setting: str, source: str) -> list[Case]:
-    """A case for each reserved code of a field."""
+    """Return a case for each reserved code of a field."""
     return [Case(part, ((address, code << shift),), setting, source) for code in values]
 
 

@@ -11,21 +11,21 @@ BYTE_PS = 22_500_000  # nine bits at 400 kHz
 
 
 class Master(Protocol):
-    """Reads and writes one part; a message begins at ``now_ps``."""
+    """A master that reads and writes one sensor; a message begins at ``now_ps``."""
 
     part: Sensor
 
     def read(self, address: int, count: int, now_ps: int) -> bytes:
-        """A message that reads."""
+        """Read bytes in one message."""
         ...
 
     def write(self, address: int, data: bytes, now_ps: int) -> None:
-        """A message that writes."""
+        """Write bytes in one message."""
         ...
 
 
 class LiveBytes:
-    """Each byte is of the time at which it has been transferred."""
+    """A master whose bytes each have the state at the end of their transfer."""
 
     def __init__(self, part: Sensor) -> None:
         self.part = part
@@ -43,7 +43,7 @@ class LiveBytes:
 
 
 class TrainReader:
-    """The rules of sensor_registers.c in Python; ``served`` counts bytes read without a call of the sensor."""
+    """The rules of sensor_registers.c in Python; ``served`` counts bytes that were read without a call of the sensor."""
 
     def __init__(self, part: Sensor) -> None:
         self.part = part
@@ -122,7 +122,7 @@ class TrainReader:
 
 
 class LiveBursts:
-    """All bytes are of the time at which the message begins."""
+    """A master whose bytes all have the state at the start of the message."""
 
     def __init__(self, part: Sensor) -> None:
         self.part = part
@@ -135,7 +135,7 @@ class LiveBursts:
 
 
 class BurstKeeper:
-    """Keeps each burst as long as it lasts."""
+    """A master that keeps each burst as long as it is valid."""
 
     def __init__(self, part: Sensor) -> None:
         self.part = part

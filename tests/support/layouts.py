@@ -1,4 +1,4 @@
-"""Class folders as they are collected by hand and as learning platforms write them."""
+"""Class folders as they are collected by hand and as learning platforms create them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Final
 
 @dataclass(frozen=True)
 class Handed:
-    """One student's files. ``name_in_ids``: what stands for the id where a platform needs a number."""
+    """The files of one student. ``name_in_ids``: replacement of the id if a platform needs a number."""
 
     id: str
     first: str
@@ -53,7 +53,7 @@ def write_zips(where: Path, students: list[Handed]) -> Path:
 
 
 def write_gradescope(where: Path, students: list[Handed], *, team: bool = False) -> Path:
-    """With ``team``, the first student's folder is that of all."""
+    """Write Gradescope's layout. With ``team``, the first student's folder belongs to all students."""
     lines = ["# Gradescope"]
     where.mkdir(parents=True, exist_ok=True)
     for one in students[:1] if team else students:
@@ -101,7 +101,7 @@ def write_blackboard(where: Path, students: list[Handed]) -> Path:
 
 
 def write_ilias(where: Path, students: list[Handed]) -> Path:
-    """A download of all submissions: the students' folders in a folder beside a table."""
+    """Write a download of all submissions: the students' folders in a folder beside a table."""
     for one in students:
         _write(where / "Submissions" / f"{one.last}_{one.first}_{one.id}_{one.number}", one.files)
     where.mkdir(parents=True, exist_ok=True)
@@ -110,7 +110,7 @@ def write_ilias(where: Path, students: list[Handed]) -> Path:
 
 
 def write_ilias_feedback(where: Path, students: list[Handed]) -> Path:
-    """The layout for feedback to several students, with its tables."""
+    """Write the layout for feedback to several students, with its tables."""
     folder = where / "multi_feedback_Lab_3_12"
     for one in students:
         _write(folder / f"{one.last}_{one.first}_{one.id}_{one.number}", one.files)

@@ -1,4 +1,4 @@
-"""A LIS2MDL at 100 Hz with a threshold, and a list of what it measures."""
+"""A LIS2MDL at 100 Hz with a threshold, and a list of its measurements."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ PERIOD_PS = 10 * PS_PER_MS
 
 
 def played(*samples: tuple[float, float, float]) -> Chip:
-    """The first samples at 100 Hz are these counts, the last one for ever."""
+    """Return a signal whose first samples at 100 Hz are these counts; the last one stays."""
     chip = Chip("LIS2MDL")
     rows = 1.5 * np.array(samples)
 
@@ -27,19 +27,19 @@ def played(*samples: tuple[float, float, float]) -> Chip:
 
 
 def x_counts(*counts: float) -> Chip:
-    """Likewise, on X alone."""
+    """Return the same signal on X alone."""
     return played(*((count, 0.0, 0.0) for count in counts))
 
 
 def threshold(chip: Chip, counts: int, control: int) -> None:
-    """100 Hz from now on, the interrupt as ``control`` says."""
+    """Set 100 Hz from now on, with the interrupt as in ``control``."""
     chip.write(INT_THS_L_REG, *counts.to_bytes(2, "little"))
     chip.write(INT_CRTL_REG, control)
     chip.write(CFG_REG_A, 0x8C)
 
 
 def sources(chip: Chip, samples: int) -> list[int]:
-    """INT_SOURCE_REG, read once after each of the first samples."""
+    """Return INT_SOURCE_REG, read once after each of the first samples."""
     found = []
     for number in range(samples):
         chip.t_ps = MAGNETOMETER.sample_ps(number)
@@ -48,7 +48,7 @@ def sources(chip: Chip, samples: int) -> list[int]:
 
 
 def watched(chip: Chip, control: int) -> list[tuple[int, int]]:
-    """The pin's edges as they are reported, CFG_REG_C being ``control``."""
+    """Return the pin's edges as they are reported, with CFG_REG_C set to ``control``."""
     edges: list[tuple[int, int]] = []
     chip.part.pins()[0].observe(lambda at_ps, level: edges.append((at_ps, level)))
     chip.write(CFG_REG_C, control)
@@ -56,5 +56,5 @@ def watched(chip: Chip, control: int) -> list[tuple[int, int]]:
 
 
 def at(number: int) -> int:
-    """When sample ``number`` comes."""
+    """Return the time of sample ``number``."""
     return MAGNETOMETER.sample_ps(number)

@@ -1,4 +1,4 @@
-"""A session in a test's own thread, as fast as it can go, on a wall clock that a test owns."""
+"""A session in the thread of a test, as fast as possible, on a wall clock of the test."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from fcu_emulator.emulator.python_cpu.hal import VirtualHal
 
 
 class Wall:
-    """A wall clock on which time passes by looking at it and by waiting, the same on every machine."""
+    """A wall clock on which time passes by reads and waits, the same on every machine."""
 
     def __init__(self) -> None:
         self.now_s = 100.0
@@ -30,7 +30,7 @@ class Wall:
         return self.now_s
 
     def wait(self, event: threading.Event, timeout_s: float) -> None:
-        """Nobody else is there who could set the event meanwhile."""
+        """Let time pass; no other thread can set the event during the wait."""
         if not event.is_set():
             self.now_s += timeout_s
 
@@ -38,7 +38,8 @@ class Wall:
 class Page:
     """A client that sends ``script``, (virtual seconds, command), and ends the session after ``end_s``.
 
-    Firmware that has failed and is not replaced ends it, too: virtual time does not come to ``end_s`` then.
+    Firmware that has failed and is not replaced also ends the session, because virtual time then stops before
+    ``end_s``.
     """
 
     def __init__(
@@ -61,12 +62,12 @@ class Page:
         self.session.attach(self)
 
     def run(self) -> LiveSession:
-        """Run to the end."""
+        """Run the session to its end."""
         self.session.run()
         return self.session
 
     def of(self, kind: type[Any]) -> list[Any]:
-        """What came, of one type."""
+        """Return the received events of one type."""
         return [event for event in self.events if isinstance(event, kind)]
 
     def _hear(self, event: SessionEvent, client: object | None) -> None:
@@ -83,23 +84,23 @@ class Page:
 
 
 def do(**entry: Any) -> messages.Do:
-    """A command of a timeline entry; ``for_`` stands for ``for``."""
+    """Return a command of a timeline entry; ``for_`` means ``for``."""
     return messages.Do({key.rstrip("_"): value for key, value in entry.items()})
 
 
 def connected(address: Address, **options: Any) -> ClientConnection:
-    """A WebSocket to a served session, of a program that knows its token."""
+    """Open a WebSocket to a served session, as a program with its token."""
     return connect(address.socket, subprotocols=address.protocols, **options)  # type: ignore[arg-type]
 
 
 class Reader:
-    """Firmware in Python that reads both values of a hygrometer at once."""
+    """Firmware in Python that reads both values of a hygrometer in one burst."""
 
     def __init__(self, hal: VirtualHal) -> None:
         self._hal = hal
 
     def main(self) -> None:
-        """As in C."""
+        """Run the firmware's main function, as in C."""
         self._hal.HAL_I2C_Mem_Write(0x5F << 1, 0x20, b"\x83")
         while True:
             self._hal.HAL_Delay(100)

@@ -1,4 +1,4 @@
-"""An LPS22HB at 10 Hz that goes through a list of pressures, one a sample, and a wire on its pin."""
+"""An LPS22HB at 10 Hz that measures a list of pressures, one per sample, and a wire on its pin."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ EITHER = DIFF_EN | PLE | PHE
 
 
 def measuring(*pressures_hpa: float) -> Chip:
-    """At 10 Hz from t = 0 on; the last pressure lasts."""
+    """Measure at 10 Hz from t = 0 on; the last pressure stays."""
 
     def signal(t_s: Array) -> Array:
         number = np.rint(t_s * 10).astype(int) - 1
@@ -48,7 +48,7 @@ def threshold(chip: Chip, hpa: float) -> None:
 
 
 class Wire:
-    """What an interrupt controller sees of INT_DRDY: it is told when to look, as a board would."""
+    """INT_DRDY as an interrupt controller sees it: the sensor tells when the pin must be read, as on a board."""
 
     def __init__(self, chip: Chip) -> None:
         self.chip = chip
@@ -57,7 +57,7 @@ class Wire:
         self.pin.observe(lambda at_ps, level: self.edges.append((at_ps / PERIOD_PS, level)))
 
     def run(self, periods: float) -> list[tuple[float, int]]:
-        """The edges of so many sample periods, in periods."""
+        """Return the edges of this number of sample periods, in periods."""
         end_ps = self.chip.t_ps + int(periods * PERIOD_PS)
         while self.chip.part.next_event_ps() <= end_ps:
             self.chip.part.catch_up(self.chip.part.next_event_ps())

@@ -1,7 +1,7 @@
-"""The LPS22HB, slow and plain: what a part must do, sample by sample, read by read and write by write.
+"""A slow and simple LPS22HB: the required behaviour, sample by sample, read by read and write by write.
 
-It knows the datasheet and the decisions stated in the modules of ``sensors.lps22hb``, and
-keeps everything as numbers and lists. There is one data rate, 50 Hz, and one-shot in low noise.
+It follows the datasheet and the decisions in the modules of ``sensors.lps22hb``, and stores all state as numbers and
+lists. There is one data rate, 50 Hz, and one-shot in low noise.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ MODES = {
 
 
 class Oracle:
-    """``measured(t_ps)``: counts of pressure and temperature of a sample that comes then."""
+    """The oracle. ``measured(t_ps)`` returns the counts of pressure and temperature of a sample at that time."""
 
     def __init__(self, measured: Callable[[int], tuple[int, int]]) -> None:
         self.measured = measured
@@ -173,7 +173,7 @@ class Oracle:
         self.held = False
 
     def written(self, t_ps: int) -> None:
-        """Some register has been: what follows of itself."""
+        """Apply the effects of a register write."""
         if not self.interrupt_cfg & 0x04:
             on = self.interrupt_cfg & 0x08
             self.ph = self.ph and bool(on and self.interrupt_cfg & 0x01)

@@ -1,7 +1,6 @@
-"""An LSM6DSL that is fed acceleration sample by sample, for tests of its event functions and pins.
+"""An LSM6DSL that receives acceleration sample by sample, for tests of its event functions and pins.
 
-At 416 Hz and below the default filters leave samples as they are, so what is given here is what the event
-functions see.
+At 416 Hz and below the default filters do not change samples, so the given samples are those of the event functions.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ STILL: Sample = (0.0, 0.0, 0.0)
 
 
 def played(samples_mg: Sequence[Sample], rate_hz: Fraction | int = RATE_HZ) -> Signal:
-    """The samples in turn, the last one held; the first comes one period after time 0."""
+    """Return a signal with these samples in turn, whose last one stays. The first comes one period after time 0."""
     table = np.array(samples_mg) / 1000
 
     def signal(t_s: Array) -> Array:
@@ -46,14 +45,14 @@ def played(samples_mg: Sequence[Sample], rate_hz: Fraction | int = RATE_HZ) -> S
 
 
 def sample_ps(number: int, rate_hz: Fraction | int = RATE_HZ, start_ps: int = 0) -> int:
-    """When sample ``number`` (0, 1 ...) comes; the accelerometer was switched on at ``start_ps``."""
+    """Return the time of sample ``number`` (0, 1 ...) of an accelerometer that was switched on at ``start_ps``."""
     period = PS_PER_S / Fraction(rate_hz)
     first = -int(-period // 1)
     return start_ps + first - int(-number * period // 1)
 
 
 class Bench(Chip):
-    """``edges``: what happened on the pins, as far as somebody has looked."""
+    """A bench. ``edges``: the edges of the pins, up to the latest evaluation."""
 
     def __init__(self, samples_mg: Sequence[Sample], *writes: tuple[int, int], xl: int = ON) -> None:
         super().__init__("LSM6DSL")
@@ -72,13 +71,13 @@ class Bench(Chip):
         return self
 
     def look(self) -> list[Edge]:
-        """The pins' edges until now."""
+        """Evaluate the sensor, and return the pins' edges until now."""
         self.part.catch_up(self.t_ps)
         return self.edges
 
 
 def source_bits(register: int, samples_mg: Sequence[Sample], *writes: tuple[int, int]) -> list[int]:
-    """A source register at the time of each sample, interrupts enabled and not latched."""
+    """Return a source register at the time of each sample, with interrupts enabled and not latched."""
     bench = Bench(samples_mg, *writes)
     bench.write(TAP_CFG, bench.byte(TAP_CFG) | ENABLE)
     return [bench.at(number).byte(register) for number in range(len(samples_mg))]

@@ -1,7 +1,7 @@
 """The sensor and the board of docs/recipes.md.
 
-Blocks of that page that begin with a file's name are these files. Importing this makes ``htx221`` and
-``greenhouse`` importable, from the page itself.
+Blocks of that page that begin with the name of a file are these files. An import of this module makes ``htx221`` and
+``greenhouse`` importable, directly from the page.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _FILE = re.compile(r"^```python\n# (\w+)\.py\n(.*?)^```$", re.DOTALL | re.MULTIL
 
 
 def sources() -> dict[str, str]:
-    """The text of each file of the page, by the name of its module."""
+    """Return the text of each file of the page, by the name of its module."""
     return dict(_FILE.findall(PAGE.read_text(encoding="utf-8")))
 
 
@@ -32,6 +32,6 @@ def _load() -> None:
 
 _load()
 FILES = ("# htx221.py\n", "# greenhouse.py\n")
-"""How the blocks begin that have been loaded."""
+"""Beginnings of the blocks that have been loaded."""
 HTX221: Any = importlib.import_module("htx221").HTX221
 GreenhouseBoard: Any = importlib.import_module("greenhouse").GreenhouseBoard

@@ -1,8 +1,8 @@
-"""Independent programs as witnesses of the world: attitude filters, a magnet, the Earth's field.
+"""Independent programs as references for the world: attitude filters, a magnet, the Earth's field.
 
-``python -m tests.support.reference_models`` prints what each of them finds; one whose package is not installed is named and
-left out. The light ones are in the ``test`` extra; magpylib, which brings plotly along, is not: ``pip install
-magpylib``. ``tests/unit/test_reference_models.py`` asserts the figures.
+``python -m tests.support.reference_models`` prints the results of each program; if the package of one is not
+installed, it is named and omitted. The small packages are in the extra ``test``. magpylib is not, because it needs
+plotly: ``pip install magpylib``. ``tests/unit/test_reference_models.py`` asserts the figures.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ STILL_S, MOVED_S = 4.0, 14.0
 
 @dataclass(frozen=True)
 class Moved:
-    """What the sensors of a board in a hand said, (N, 3) each in board axes, and what was true.
+    """Readings of the sensors of a board in a hand, (N, 3) each in board axes, and the truth.
 
-    ``acc_g``, ``rate_dps``, ``mag_mgauss``; ``rotation`` (N, 3, 3) board to world; ``added_g``: what the
-    hand's motion, beside gravity, gave the accelerometer.
+    ``acc_g``, ``rate_dps``, ``mag_mgauss``; ``rotation`` (N, 3, 3) board to world; ``added_g``: acceleration of the
+    hand's motion, without gravity.
     """
 
     acc_g: Array
@@ -45,7 +45,7 @@ class Moved:
 
 
 def moved_by_hand(seed: int = 1) -> Moved:
-    """A board without errors, still for a while and then waved about a wrist, read by its registers."""
+    """Return the readings of a board without errors, at rest for a while and then waved about a wrist."""
     board = Board(ideal=True)
     world, bus = board.world, board.i2c2
     world.set_magnetic_field(21.5, 0, 43)
@@ -77,18 +77,18 @@ def moved_by_hand(seed: int = 1) -> Moved:
 
 
 def _board_axes(raw: Array) -> Array:
-    """As the lab's ReadSensorRawData turns them."""
+    """Convert as the lab's ReadSensorRawData does."""
     return np.stack((-raw[:, 1], raw[:, 0], raw[:, 2]), axis=1)
 
 
 def tilt_error_deg(found: Array, true: Array) -> Array:
-    """Between the two "up" that a board sees, (N,): pitch and roll together, without the yaw."""
+    """Return the angle between two "up" directions in board axes, (N,): pitch and roll together, without the yaw."""
     cosine = np.einsum("ni,ni->n", found[:, 2], true[:, 2])
     return np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
 
 
 def by_imufusion(moved: Moved, acc_g: Array) -> Array:
-    """The x-io filter's attitudes, board to world, (N, 3, 3)."""
+    """Return the attitudes of the x-io filter, board to world, (N, 3, 3)."""
     import imufusion
 
     ahrs = imufusion.Ahrs()
@@ -104,7 +104,7 @@ def by_imufusion(moved: Moved, acc_g: Array) -> Array:
 
 
 def by_madgwick(moved: Moved, acc_g: Array) -> Array:
-    """Likewise Madgwick's filter as the package ahrs has it."""
+    """Return the attitudes of Madgwick's filter in the package ahrs, in the same form."""
     from ahrs import Quaternion
     from ahrs.filters import Madgwick
 
@@ -117,7 +117,7 @@ def by_madgwick(moved: Moved, acc_g: Array) -> Array:
 
 
 def by_accelerometer(moved: Moved, acc_g: Array) -> Array:
-    """What the lab's formulas take for up, as the third row of an attitude."""
+    """Return the up direction of the lab's formulas, as the third row of an attitude."""
     found = np.zeros_like(moved.rotation)
     length = np.linalg.norm(acc_g, axis=1)
     found[:, 2] = acc_g / np.where(length == 0.0, 1.0, length)[:, np.newaxis]  # 0 until the first sample
@@ -132,7 +132,7 @@ FILTERS: dict[str, tuple[str, Callable[[Moved, Array], Array]]] = {
 
 
 def attitude_errors(moved: Moved, name: str) -> tuple[float, float, float]:
-    """RMS of the tilt's error in deg: at rest, moved, and moved without what motion adds."""
+    """Return the RMS of the tilt's error in deg: at rest, in motion, and in motion without its acceleration."""
     still = slice(int(2.5 * RATE_HZ), int(STILL_S * RATE_HZ))
     waved = slice(int(STILL_S * RATE_HZ), None)
     find = FILTERS[name][1]
@@ -149,7 +149,7 @@ def _rms(values: Array) -> float:
 
 
 def magnet_difference_mgauss() -> tuple[float, float]:
-    """A passing magnet's field against magpylib's dipole: largest difference, and largest field."""
+    """Compare a passing magnet's field with magpylib's dipole: return largest difference, and largest field."""
     import magpylib
 
     magnet = Magnet.starting_at(0.0, 8.0, 0.4, 0.5)
@@ -182,7 +182,7 @@ PLACES = [
 
 
 def field_difference_nt() -> tuple[float, float]:
-    """The default field of places against NCEI's own WMM program: largest difference, and largest field."""
+    """Compare the default field of places with NCEI's WMM program: return largest difference, and largest field."""
     from wmm import wmm_calc
 
     differences, fields = [], []
@@ -202,12 +202,12 @@ def field_difference_nt() -> tuple[float, float]:
 
 
 def installed(package: str) -> bool:
-    """Whether a witness is there."""
+    """Return whether the package of a reference is installed."""
     return importlib.util.find_spec(package) is not None
 
 
 def lines() -> Iterator[str]:
-    """What each witness says."""
+    """Yield the results of each reference."""
     yield "tilt of a board in a hand, error in deg (RMS)      still    moved    without what motion adds"
     moved = moved_by_hand()
     for name, (package, _) in FILTERS.items():

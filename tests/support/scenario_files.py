@@ -25,7 +25,7 @@ def play(folder: Path, text: str) -> Result:
 
 
 def refusal(folder: Path, text: str | bytes) -> ScenarioError:
-    """The error with which a file is refused; every one is a single line that names the file."""
+    """Return the error with which a file is refused. Every error is a single line that names the file."""
     path = write(folder, text)
     with pytest.raises(ScenarioError) as caught:
         load_scenario(path)

@@ -1,7 +1,7 @@
-"""A part on the bench: a world and a virtual time that are moved by hand, and each part's facts.
+"""A sensor on a bench, with a world and a virtual time that tests control, and the facts about each sensor.
 
-The facts are written from the datasheets (LSM6DSL DocID028475 Rev 7, LIS2MDL DocID030621 Rev 3, LPS22HB
-DocID027083 Rev 6) and not taken from ``sensors``: a wrong constant there must not agree with itself here.
+The facts are written from the datasheets (LSM6DSL DocID028475 Rev 7, LIS2MDL DocID030621 Rev 3, LPS22HB DocID027083
+Rev 6) and not taken from ``sensors``, so that a wrong constant there does not agree with itself.
 """
 
 from __future__ import annotations
@@ -19,22 +19,22 @@ from fcu_emulator.sensors import LIS2MDL, LPS22HB, LSM6DSL, Sensor
 from tests.support.recipe import HTX221
 
 SENSORS: dict[str, type[Sensor]] = {**sensors.SENSORS, HTX221.NAME: HTX221}
-"""Those of the product, and the one of docs/recipes.md, for which all of this holds, too."""
+"""The sensors of the product, and the one of docs/recipes.md, for which all of this is also true."""
 PS_PER_US, PS_PER_MS, PS_PER_S = 10**6, 10**9, 10**12
 
 Array: TypeAlias = NDArray[np.float64]
 Signal: TypeAlias = Callable[[Array], Array]
 Writes: TypeAlias = tuple[tuple[int, int], ...]
-"""(address, value) in the order they are written."""
+"""(address, value) in the order in which they are written."""
 
 
 def constant(*values: float) -> Signal:
-    """Always the same: one value for a scalar, three for a vector."""
+    """Return a constant signal: one value for a scalar, three for a vector."""
     return ramp(values, (0.0,) * len(values))
 
 
 def ramp(start: tuple[float, ...], per_s: tuple[float, ...]) -> Signal:
-    """Grows linearly with time, so that every sample is another one."""
+    """Return a signal that grows linearly with time, so that all samples are different."""
 
     def signal(t_s: Array) -> Array:
         rows: Array = np.asarray(start) + np.outer(t_s, per_s)
@@ -44,7 +44,7 @@ def ramp(start: tuple[float, ...], per_s: tuple[float, ...]) -> Signal:
 
 
 def step(before: Signal, after: Signal, at_s: float) -> Signal:
-    """``before`` up to ``at_s``, ``after`` from then on: what was measured does not change afterwards."""
+    """Return a signal that is ``before`` up to ``at_s`` and ``after`` from then on. Past values do not change."""
 
     def signal(t_s: Array) -> Array:
         later = t_s >= at_s
@@ -55,7 +55,7 @@ def step(before: Signal, after: Signal, at_s: float) -> Signal:
 
 
 class Moving:
-    """A signal that says of itself that it always moves fast."""
+    """A signal that states that it always moves fast."""
 
     def __init__(self, signal: Signal) -> None:
         self._signal = signal
@@ -68,9 +68,9 @@ class Moving:
 
 
 class FakeWorld:
-    """The signals of all parts by channel name, each to be replaced at any time.
+    """The signals of all sensors by channel name, which can be replaced at any time.
 
-    Plain functions: what the parts' converters give; ``agitated``: what the world does.
+    Plain functions are the outputs of the sensors' converters; with ``agitated`` they are signals of the world.
     """
 
     def __init__(self, agitated: bool = False) -> None:
@@ -93,7 +93,7 @@ class FakeWorld:
 
 @dataclass(frozen=True)
 class Channel:
-    """Output words that carry one physical quantity, named as in ``sample_range``."""
+    """Output words of one physical quantity, named as in ``sample_range``."""
 
     part: str
     name: str
@@ -117,22 +117,22 @@ class Channel:
 
     @property
     def limits(self) -> tuple[int, int]:
-        """Lowest and highest count."""
+        """Return the lowest and the highest count."""
         return -(1 << (self.bits - 1)), (1 << (self.bits - 1)) - 1
 
     @property
     def size(self) -> int:
-        """Bytes of the whole channel."""
+        """Return the number of bytes of the whole channel."""
         return self.axes * self.width
 
     def sample_ps(self, number: int) -> int:
-        """When sample ``number`` (0, 1 ...) comes, from the start: never before its exact time."""
+        """Return the time of sample ``number`` (0, 1 ...) after the start, which is never before its exact time."""
         period = PS_PER_S / self.rate_hz
         first = -int(-period // 1) if self.first_ps is None else self.first_ps
         return self.turn_on_ps + first - int(-number * period // 1)
 
     def value(self, number: float) -> tuple[float, ...]:
-        """``number`` for every axis, as a signal's value."""
+        """Return ``number`` for every axis, as a value of a signal."""
         return (number,) * self.axes
 
 
@@ -257,7 +257,7 @@ CHANNELS = (
 
 @dataclass(frozen=True)
 class PartFacts:
-    """What the contract needs to know of a part beside its channels."""
+    """Facts that the contract needs about a sensor, except its channels."""
 
     who_am_i: tuple[int, int]  # address and value
     soft_reset: tuple[int, int]
@@ -343,7 +343,7 @@ FACTS = {
 
 
 class Chip:
-    """One part with its world and its time; ``read`` and ``write`` happen at ``t_ps``."""
+    """One sensor with its world and its time; ``read`` and ``write`` happen at ``t_ps``."""
 
     def __init__(self, name: str, errors: Any = None, seed: int = 0, *, agitated: bool = False) -> None:
         self.world = FakeWorld(agitated)
@@ -361,40 +361,40 @@ class Chip:
         self.t_ps += ps
 
     def read(self, address: int, count: int = 1) -> bytes:
-        """A burst read."""
+        """Read registers in a burst."""
         return self.part.read(address, count, self.t_ps)
 
     def byte(self, address: int) -> int:
-        """A single byte read."""
+        """Read a single byte."""
         return self.read(address)[0]
 
     def write(self, address: int, *values: int) -> None:
-        """A burst write."""
+        """Write registers in a burst."""
         self.part.write(address, bytes(values), self.t_ps)
 
     def configure(self, writes: Writes) -> None:
-        """Several single writes."""
+        """Write several registers one by one."""
         for address, value in writes:
             self.write(address, value)
 
     def set(self, channel: str, *values: float) -> None:
-        """The world stands still at ``values``."""
+        """Set the world to constant ``values``."""
         self.world.signals[channel] = constant(*values)
         self.part.world_changed()
 
     def counts(self, channel: Channel) -> tuple[int, ...]:
-        """The channel's words, read in one burst."""
+        """Return the words of the channel, read in one burst."""
         return decode(self.read(channel.address, channel.size), channel.width)
 
     def is_ready(self, channel: Channel) -> bool:
-        """The channel's data-ready flag."""
+        """Return the channel's data-ready flag."""
         assert channel.ready is not None
         status, flag = channel.ready
         return bool(self.byte(status) & flag)
 
 
 def decode(data: bytes, width: int = 2) -> tuple[int, ...]:
-    """Little-endian two's complement words."""
+    """Return little-endian two's complement words."""
     return tuple(
         int.from_bytes(data[first : first + width], "little", signed=True)
         for first in range(0, len(data), width)

@@ -1,12 +1,13 @@
-"""What the sensors make of vibration and of time, against theory: ``python -m tests.support.signal_chain FOLDER``.
+"""Response of the sensors to vibration and over time, compared with theory.
 
-Writes two pictures to FOLDER and prints two tables:
+``python -m tests.support.signal_chain FOLDER`` writes two pictures to FOLDER and prints two tables.
 
-- the frequency response of each sensor at five settings: a sine of the world, seen through the registers,
-  against the analog stage, the filter before decimation and the digital filters of scipy, or the mean over a
-  conversion;
-- the overlapping Allan deviation of every axis over 20 virtual minutes at rest, against what follows from the
-  datasheets' figures. It is written here, because it is five lines.
+The first is the frequency response of each sensor at five settings: a sine of the world, read through the registers,
+compared with the analog stage, the filter before decimation and the digital filters of scipy, or the mean over a
+conversion.
+
+The second is the overlapping Allan deviation of every axis over 20 virtual minutes at rest, compared with the
+datasheets' figures. Its five lines of code are here.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ MINUTES = 20
 
 
 class Setting(NamedTuple):
-    """``rate_hz``: of the output; ``sine``: amplitude of the world's sine, about ``middle``."""
+    """A setting. ``rate_hz``: rate of the output; ``sine``: amplitude of the world's sine, about ``middle``."""
 
     channel: Channel
     name: str
@@ -61,33 +62,34 @@ class Setting(NamedTuple):
 
 
 def analog(cutoff_hz: float) -> Gain:
-    """A second-order Butterworth low-pass."""
+    """Return the gain of a second-order Butterworth low-pass."""
     b, a = signal.butter(2, 2 * np.pi * cutoff_hz, analog=True)
     return lambda hz: np.abs(signal.freqs(b, a, 2 * np.pi * hz)[1])
 
 
 def digital(order: int, cutoff_hz: float, rate_hz: float) -> Gain:
-    """A Butterworth low-pass on samples."""
+    """Return the gain of a Butterworth low-pass on samples."""
     b, a = signal.butter(order, cutoff_hz, fs=rate_hz)
     return lambda hz: np.abs(signal.freqz(b, a, hz, fs=rate_hz)[1])
 
 
 def decimated(rate_hz: float, cutoff: float = 0.5) -> Gain:
-    """The filter before decimation; ``cutoff`` is over the output rate."""
+    """Return the gain of the filter before decimation; ``cutoff`` is relative to the output rate."""
     converter_hz = rate_hz * round(CONVERTER_HZ / rate_hz)
     return digital(4, cutoff * rate_hz, converter_hz) if converter_hz > rate_hz else np.ones_like
 
 
 def phase_deg(order: int, cutoff_hz: float, rate_hz: float, hz: float) -> float:
-    """The phase by which a Butterworth low-pass on samples delays a sine."""
+    """Return the phase by which a Butterworth low-pass on samples delays a sine."""
     b, a = signal.butter(order, cutoff_hz, fs=rate_hz)
     return -float(np.degrees(np.angle(signal.freqz(b, a, [hz], fs=rate_hz)[1][0])))
 
 
 def gyroscope(rate_hz: float, cutoff_hz: float, phase_at_20_hz_deg: float) -> Gain:
-    """Two low-passes with -3 dB at ``cutoff_hz`` together, and at most this phase at 20 Hz (AN5040 3.8).
+    """Return the gain of two low-passes with -3 dB at ``cutoff_hz`` together.
 
-    The one before decimation has its cut-off at half the output rate, or higher if its phase would be too large.
+    At 20 Hz they delay by at most this phase (AN5040 3.8). The filter before decimation has its cut-off at half the
+    output rate, or higher if its phase would be too large.
     """
     converter_hz = rate_hz * round(CONVERTER_HZ / rate_hz)
 
@@ -108,17 +110,17 @@ def gyroscope(rate_hz: float, cutoff_hz: float, phase_at_20_hz_deg: float) -> Ga
 
 
 def mean(conversion_s: float) -> Gain:
-    """A mean over a conversion."""
+    """Return the gain of a mean over a conversion."""
     return lambda hz: np.abs(np.sinc(hz * conversion_s))
 
 
 def of_two(rate_hz: float) -> Gain:
-    """The mean of two measurements."""
+    """Return the gain of the mean of two measurements."""
     return lambda hz: np.abs(np.cos(np.pi * hz / rate_hz))
 
 
 def all_of(*gains: Gain) -> Gain:
-    """One after the other."""
+    """Return the gain of several stages in series."""
     return lambda hz: np.prod([gain(hz) for gain in gains], axis=0)
 
 
@@ -188,18 +190,18 @@ def _barometer() -> list[Setting]:
 
 
 def settings() -> list[Setting]:
-    """Five for each sensor."""
+    """Return five settings for each sensor."""
     return [*_accelerometer(), *_gyroscope(), *_magnetometer(), *_barometer()]
 
 
 # -- frequency response -------------------------------------------------------------------------------------
 
 OF_ODR = (0.07, 0.23, 0.41, 0.63, 1.17)
-"""Frequencies at which the response is looked at, over the output data rate: samples alias from 0.5 on."""
+"""Frequencies of the response relative to the output data rate. Samples alias from 0.5 on."""
 
 
 def gain(setting: Setting, hz: float, count: int = 150) -> float:
-    """How strong a sine of ``hz`` in the world comes out of the registers, over its amplitude."""
+    """Return the amplitude of a sine of ``hz`` in the registers, over its amplitude in the world."""
     chip = Chip(setting.channel.part, agitated=True)
     axes = setting.channel.axes
 
@@ -252,7 +254,7 @@ def _responses(folder: Path) -> None:
 
 
 class Resting(NamedTuple):
-    """What should be seen of a part at rest.
+    """Expected values of a sensor at rest.
 
     ``density``: of white noise in the middle of the band, by the datasheet, in ``unit`` per sqrt(Hz);
     ``instability``: of the bias, in ``unit``.
@@ -267,13 +269,13 @@ class Resting(NamedTuple):
     instability: float = 0.0
 
     def deviation(self, seconds: ArrayLike) -> Array:
-        """The Allan deviation by these figures, of means over so many seconds (IEEE Std 952)."""
+        """Return the Allan deviation for these figures, of means over this number of seconds (IEEE Std 952)."""
         white = self.density / np.sqrt(2 * np.asarray(seconds, dtype=np.float64))
         return np.hypot(white, np.sqrt(2 * np.log(2) / np.pi) * self.instability)
 
 
 def resting() -> list[Resting]:
-    """A part with nothing but its noise, at rates that are not thousands of samples a second."""
+    """Return a sensor that only has noise, at rates below thousands of samples a second."""
     acceleration = LSM6DSLErrors(acc_noise_ug_rthz=80.0, acc_bias_instability_ug=40.0)
     rate = LSM6DSLErrors(gyro_noise_mdps_rthz=4.0, gyro_bias_instability_dph=3.0)
     return [
@@ -295,7 +297,7 @@ def resting() -> list[Resting]:
 
 
 def allan_deviation(values: Array, m: int) -> Array:
-    """Overlapping, of ``values`` (n, axes) averaged over ``m`` samples each."""
+    """Return the overlapping Allan deviation of ``values`` (n, axes), averaged over ``m`` samples each."""
     total = np.vstack((np.zeros(values.shape[1]), np.cumsum(values - values[0], axis=0)))
     steps = total[2 * m :] - 2 * total[m:-m] + total[: -2 * m]
     deviation: Array = np.sqrt(np.mean((steps / m) ** 2, axis=0) / 2)
@@ -303,7 +305,7 @@ def allan_deviation(values: Array, m: int) -> Array:
 
 
 def at_rest(part: Resting, seconds: float) -> Array:
-    """Readings (n, axes) of a board at rest, in the part's unit."""
+    """Return readings (n, axes) of a board at rest, in the sensor's unit."""
     channel = part.channel
     chip = Chip(channel.part, part.errors, seed=1)
     chip.configure(part.writes)

@@ -28,7 +28,7 @@ _FOLDERS: Final = re.compile(r"(?:TMP|ROOT)\\[^\s'\":,;)]+")
 
 
 class Words:
-    """Compare the texts of one test with their sections; each call of a test has a section of its own."""
+    """Comparison of the texts of one test with their sections; each call of a test has a separate section."""
 
     def __init__(self, request: pytest.FixtureRequest) -> None:
         self._update = bool(request.config.getoption("--update-words"))
@@ -39,7 +39,7 @@ class Words:
         self._calls = 0
 
     def __call__(self, command: str, text: str) -> None:
-        """Assert that ``text`` is the golden one; machine-dependent paths are replaced before."""
+        """Assert that ``text`` is the golden text. Paths that depend on the machine are replaced before."""
         self._calls += 1
         key = self._name if self._calls == 1 else f"{self._name} {self._calls}"
         text = neutral(text)
@@ -57,7 +57,7 @@ class Words:
 
 
 def neutral(text: str) -> str:
-    """Return the text without the paths of this machine, with its slashes, and without blanks at its end."""
+    """Return the text without the paths and slashes of this machine, and without blanks at its end."""
     text = _TEMPORARY.sub("TMP", text)
     text = text.replace(sys.executable, "PYTHON").replace(str(ROOT), "ROOT").rstrip()
     return _FOLDERS.sub(lambda path: path[0].replace("\\", "/"), text)  # as on Windows
@@ -72,7 +72,7 @@ def sections(path: Path) -> dict[str, str]:
 
 
 def keys() -> Iterator[tuple[str, str]]:
-    """Yield each golden file's name with each test that it has a section of."""
+    """Yield each golden file's name with each test that has a section in it."""
     for path in sorted(FOLDER.glob("*.txt")):
         for key in sections(path):
             yield path.name, re.split(r"[\[ ]", key.partition("::")[2])[0]

@@ -1,1 +1,1 @@
-"""Campaigns against everything that takes something from strangers: ``python -m tests.campaigns.attacks``."""
+"""Campaigns against all parts that accept untrusted input: ``python -m tests.campaigns.attacks``."""

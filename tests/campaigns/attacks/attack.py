@@ -1,8 +1,8 @@
-"""What a campaign is, and what is kept of one.
+"""The definition of an attack campaign, and its recorded results.
 
-An attack is a function of a number of tries and a source of chance; it gives what became of each try, in a
-word or two, as it goes. What must not happen raises, and is counted under the name of what was raised: a
-single one makes the campaign fail.
+An attack is a function of a number of tries and a random generator. It yields the result of each try in one or two
+words. A forbidden result raises an exception and is counted under the name of this exception; a single one makes the
+campaign fail.
 """
 
 from __future__ import annotations
@@ -17,22 +17,22 @@ from random import Random
 from typing import NamedTuple
 
 Tries = Callable[[int, Random, Path], Iterator[str]]
-"""Number of tries, chance, and a folder to write into."""
+"""Number of tries, random generator, and a folder for files."""
 
 
 class Attack(NamedTuple):
-    """``usual``: how many tries in a full campaign."""
+    """An attack. ``usual``: number of tries in a full campaign."""
 
     name: str
     usual: int
     tries: Tries
     in_programs: bool = False
-    """Whether each try is a program of its own: then its memory counts, not that of this process."""
+    """Whether each try is a separate program, whose memory counts instead of that of this process."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """``worst_s``: of one try; ``worst_mib``: the most memory, everything that is loaded included."""
+    """Results of an attack. ``worst_s``: longest time of one try; ``worst_mib``: peak memory, including loaded modules."""
 
     name: str
     tries: int
@@ -43,7 +43,7 @@ class Outcome:
 
 
 def carry_out(attack: Attack, tries: int, seed: int, folder: Path) -> Outcome:
-    """Make ``tries`` tries; the same ones for the same seed."""
+    """Make ``tries`` tries, which depend only on the seed."""
     outcomes: Counter[str] = Counter()
     broken: list[str] = []
     worst_s, made = 0.0, 0

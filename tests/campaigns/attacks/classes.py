@@ -1,4 +1,4 @@
-"""Classes from strangers: damaged archives, hostile names, damaged tables. Each costs only itself."""
+"""Untrusted classes: damaged archives, hostile names, damaged tables. Each submission affects only itself."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ _DEEP = b"[" * 3000
 
 
 def archives(tries: int, random: Random, folder: Path) -> Iterator[str]:
-    """Zip files of a submission: with hostile names, then damaged. Nothing is written beside the scratch."""
+    """Try zip files of a submission, with hostile names or damage. No file may be written beside the scratch folder."""
     path, scratch = folder / "eve.zip", folder / "scratch"
     submission = Submission(Student("eve"), path)
     before = {*folder.iterdir(), path}
@@ -113,7 +113,7 @@ def _archive(random: Random) -> bytes:
 
 
 class _Refusing(Executor):
-    """Workers that refuse every program, so that a class takes milliseconds."""
+    """Workers that refuse every program, so that grading a class takes milliseconds."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         future: Future[Any] = Future()
@@ -126,7 +126,7 @@ def _no_builder() -> Builder:
 
 
 def names(tries: int, random: Random, folder: Path) -> Iterator[str]:
-    """Classes of files and folders with hostile names, with and without a roster, to their reports."""
+    """Grade classes of files and folders with hostile names, with and without a roster, up to their reports."""
     rubric = load_rubric("lab3")
     for number in range(tries):
         where, out = folder / f"class{number}", folder / f"out{number}"
@@ -144,7 +144,7 @@ def names(tries: int, random: Random, folder: Path) -> Iterator[str]:
 
 
 def _class(where: Path, random: Random) -> list[str]:
-    """Make a folder of entries; their names."""
+    """Create a folder of entries and return their names."""
     where.mkdir()
     for _ in range(random.randrange(8)):
         name = random.choice((*_NAMES, *_PLATFORM)) + random.choice(("", "", *_PLATFORM, "x"))
@@ -165,7 +165,7 @@ def _class(where: Path, random: Random) -> list[str]:
 
 
 def _account(entries: list[str], found: list[Submission], graded: list[Graded]) -> None:
-    """Every entry is in one submission."""
+    """Check that every entry is in one submission."""
     listed = [name for one in found for name in one.files]
     for name in entries:
         assert listed.count(name) == 1, name
@@ -192,7 +192,7 @@ def _whole(graded: list[Graded]) -> GradedClass:
 
 
 def tables(tries: int, random: Random, folder: Path) -> Iterator[str]:
-    """Damaged rosters, rubrics, and the metadata of Gradescope."""
+    """Try damaged rosters, rubrics, and metadata of Gradescope."""
     rubric = (Path(__file__).parents[3] / "scenarios" / "rubrics" / "lab3.toml").read_bytes()
     roster = b"id,name,email,submission\n" + b"".join(
         b"%d,Ada %d,a%d@x.org,a%d\n" % (n, n, n, n) for n in range(20)
@@ -220,7 +220,7 @@ def tables(tries: int, random: Random, folder: Path) -> Iterator[str]:
 
 
 def _refused(action: Callable[[], object], kind: type[FcuError]) -> str:
-    """How ``action`` is refused; "" if it is not. Everything else that it raises breaks the campaign."""
+    """Return how ``action`` is refused, or "". Any other exception makes the campaign fail."""
     try:
         action()
     except NotJudgedError:

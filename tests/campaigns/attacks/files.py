@@ -1,4 +1,4 @@
-"""Files from strangers, damaged: scenarios, recordings, ELF, HEX. Each is refused in one line or runs."""
+"""Damaged untrusted files: scenarios, recordings, ELF, HEX. Each is refused in one line or runs."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _PIECES = (
 
 
 def scenarios(tries: int, random: Random, folder: Path) -> Iterator[str]:
-    """The shipped ones, with numbers, pieces and bytes changed."""
+    """Try the shipped scenarios with changed numbers, parts and bytes."""
     texts = [path.read_bytes() for path in _SCENARIOS]
     path = folder / "scenario.toml"
     for number in range(tries):
@@ -37,7 +37,7 @@ def scenarios(tries: int, random: Random, folder: Path) -> Iterator[str]:
 
 
 def recordings(tries: int, random: Random, folder: Path) -> Iterator[str]:
-    """A scenario that replays a CSV file which has been changed."""
+    """Try a scenario that replays a changed CSV file."""
     path, csv = folder / "scenario.toml", folder / "recording.csv"
     path.write_text(
         'schema = 1\nquestion = "?"\nduration = "1s"\n[[timeline]]\ndo = "replay"\ncsv = "recording.csv"\n',
@@ -88,14 +88,14 @@ def _one_line(error: FcuError) -> None:
 
 
 def elf_files(tries: int, random: Random, folder: Path) -> Iterator[str]:
-    """The solution's file, damaged; what is accepted runs for a moment."""
+    """Try damaged copies of the solution's file. An accepted file runs for a short time."""
     whole = prebuilt("solution").read_bytes()
     for number in range(tries):
         yield _firmware(mutated(whole, random, OF_ELF), folder / "damaged.elf", number)
 
 
 def hex_files(tries: int, random: Random, folder: Path) -> Iterator[str]:
-    """A HEX file, likewise."""
+    """Try damaged HEX files in the same way."""
     from tests.arm.test_run_built_firmware import as_intel_hex, flash_contents
 
     whole = as_intel_hex(flash_contents("template")).encode()
@@ -112,7 +112,7 @@ def hex_files(tries: int, random: Random, folder: Path) -> Iterator[str]:
 
 
 def _other_record(record: bytes, random: Random) -> bytes:
-    """A record with another byte, and the checksum that it should have; or none, or two."""
+    """Return a record with a changed byte and a matching checksum, or no record, or two."""
     if random.random() < 0.2 or len(record) < 11:
         return random.choice((b"", record + b"\n" + record))
     data = bytearray.fromhex(record.strip()[1:-2].decode("ascii"))

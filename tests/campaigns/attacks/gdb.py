@@ -1,4 +1,4 @@
-"""The debugger's port: whoever connects, and what becomes of the board and of the next debugger."""
+"""The debugger's port: any client connects, and the board and the next debugger must not be affected."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _HTTP = b"POST / HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 20\r\n\r\n" + fr
 
 
 def connections(tries: int, random: Random, folder: Path) -> Iterator[str]:
-    """Of every kind, and a debugger that is served all the same."""
+    """Try connections of every kind; a debugger must still be served."""
     del folder
     board = Board("solution", seed=random.randrange(100))
     server = serve(board, 0, halted=True)
@@ -69,7 +69,7 @@ def _speak(kind: str, client: socket.socket, random: Random, board: Board, serve
 
 
 def _debug(client: socket.socket, board: Board, server: GdbServer) -> str:
-    """A debugger: asks, steps, and kills nobody."""
+    """Act as a debugger that queries and steps, and does not kill the program."""
     for request in (b"qSupported", b"?", b"g", b"s"):
         client.sendall(frame(request))
         answer = b""

@@ -1,5 +1,6 @@
-"""The page's port: requests of every kind, and messages on its socket; the board runs on, and the terminal
-says little, in lines.
+"""The page's port: requests of every kind, and messages on its socket.
+
+The board must continue to run, and the terminal must show only few lines.
 """
 
 from __future__ import annotations
@@ -93,7 +94,7 @@ _NOISE = (
 
 
 class Served:
-    """A board that is served, and what the terminal says of it."""
+    """A board with a server, and the output of the terminal."""
 
     def __init__(self) -> None:
         self.lines: list[str] = []
@@ -105,7 +106,7 @@ class Served:
 
     @property
     def address(self) -> Address:
-        """Where it is served."""
+        """Return the address of the server."""
         return self.pages.address
 
     def _live(self) -> None:
@@ -115,7 +116,7 @@ class Served:
         self.session.run()
 
     def check(self) -> None:
-        """Raise AssertionError unless the board runs, a page is let in, and the terminal has but lines."""
+        """Raise AssertionError unless the board runs, a page is accepted, and the terminal has only lines."""
         with connected(self.address) as page:
             for command in ({"type": "firmware", "name": "solution"}, {"type": "run"}):
                 page.send(json.dumps(command))
@@ -129,7 +130,7 @@ class Served:
         assert all(line.isprintable() for line in self.lines), self.lines
 
     def close(self) -> None:
-        """End it."""
+        """End the session and the server."""
         self.session.stop()
         self._thread.join()
         self.pages.close()
@@ -137,7 +138,7 @@ class Served:
 
 @contextlib.contextmanager
 def _served() -> Iterator[Served]:
-    """A board that still runs at the end, with nothing printed beside the lines."""
+    """Serve a board that must still run at the end, without any other output."""
     printed = io.StringIO()
     with contextlib.redirect_stderr(printed):
         served = Served()
@@ -150,7 +151,7 @@ def _served() -> Iterator[Served]:
 
 
 def requests(tries: int, random: Random, folder: Path) -> Iterator[str]:
-    """Each try is a connection: a request of chance, noise, one cut short, one without an end."""
+    """Try connections: each sends a random request, random bytes, a truncated request, or one without an end."""
     del folder
     idle: list[socket.socket] = []
     with _served() as served:
@@ -206,7 +207,7 @@ def _of_chance(address: Address, random: Random) -> bytes:
 
 
 def _answered(client: socket.socket, sent: bytes) -> str:
-    """Return the class of the answer. Raises AssertionError for one that no request may have."""
+    """Return the class of the answer. Raises AssertionError for an answer that no request may have."""
     answer = b""
     while data := client.recv(1 << 16):
         answer += data[: 64 - len(answer)]
@@ -222,7 +223,7 @@ def _answered(client: socket.socket, sent: bytes) -> str:
 
 
 def messages(tries: int, random: Random, folder: Path) -> Iterator[str]:
-    """Each try is a message of a page that knows the token: wrong fields, torn JSON, bytes, deep nesting."""
+    """Try messages of a page with the token: wrong fields, damaged JSON, bytes, deep nesting."""
     del folder
     with _served() as served:
         made = 0
@@ -238,7 +239,7 @@ def messages(tries: int, random: Random, folder: Path) -> Iterator[str]:
 
 
 def _refused_until_settled(page: ClientConnection) -> int:
-    """Return how many notices of errors came before the answer to a last message, which no other one has."""
+    """Return the number of error notices before the answer to a final message, which is unique."""
     last = json.dumps({"type": "firmware", "name": _SETTLED})
     page.send(last)
     refused = 0

@@ -1,4 +1,4 @@
-"""``fcu run`` as a program: readers that leave, typing that floods, signals, disks that fill."""
+"""``fcu run`` as a program: readers that leave, endless input, signals, full disks."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _ITS_END = "60.000 s of virtual time"
 
 
 def _told(code: int, errors: str, allowed: set[int]) -> str:
-    """The exit code in words. Raises for one that must not be, and for a traceback."""
+    """Return the exit code in words. Raises for a forbidden exit code, and for a traceback."""
     if code not in allowed or "Traceback" in errors:
         raise AssertionError(f"exit code {code}: {errors[-200:]}")
     return _CODES.get(code, f"signal {-code}")
@@ -50,7 +50,7 @@ def _started(*arguments: str, before: str = "", stdout: int = subprocess.PIPE) -
 
 
 def leaving_readers(tries: int, random: Random, folder: Path) -> Iterator[str]:
-    """``fcu run | head``: the reader takes some bytes and goes."""
+    """Try ``fcu run | head``: the reader takes some bytes and leaves."""
     del folder
     for _ in range(tries):
         with _started(*_QUICK) as process:
@@ -64,7 +64,7 @@ def leaving_readers(tries: int, random: Random, folder: Path) -> Iterator[str]:
 
 
 def floods(tries: int, random: Random, folder: Path) -> Iterator[str]:
-    """A terminal into which somebody pastes without end, and which nobody reads, or that is closed."""
+    """Try a terminal with endless input whose output is not read, or which is closed."""
     for number in range(tries):
         name = folder / f"port{number}"
         process = _started("run", "lab3", "--duration", "3s", "--speed", "2", "--serial", f"pty:{name}", "-q")
@@ -89,7 +89,7 @@ _SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGHUP under nohup", "SIGPIPE", "SIG
 
 
 def signals(tries: int, random: Random, folder: Path) -> Iterator[str]:
-    """At a moment between start and end; half of the runs have a worker process."""
+    """Try a signal at a time between start and end. Half of the runs have a worker process."""
     del folder
     for number in range(tries):
         name = _SIGNALS[number % len(_SIGNALS)]
@@ -117,7 +117,7 @@ def signals(tries: int, random: Random, folder: Path) -> Iterator[str]:
 
 
 def disks(tries: int, random: Random, folder: Path) -> Iterator[str]:
-    """Standard output, trace and summary on a device that is full, or a file that may not grow."""
+    """Try standard output, trace and summary on a full device, or with a limited file size."""
     for _ in range(tries):
         place = random.choice(("stdout", "--trace", "--json"))
         how = random.choice(("/dev/full", "limit"))

@@ -1,4 +1,4 @@
-"""What the tests of agreement share: runs, replays, and the Python firmware's variables at all times."""
+"""Common parts of the agreement tests: runs, replays, and the variables of the Python firmware over time."""
 
 from __future__ import annotations
 
@@ -31,23 +31,23 @@ VARIABLES = {
 def ran(
     firmware: str, scenario: str | Path, end_s: float, *, ideal: bool = False, wiring: str | None = None
 ) -> tuple[Board, Observation]:
-    """A firmware on a scenario until ``end_s``, and what it did."""
+    """Run a firmware on a scenario until ``end_s``; return the board and its observation."""
     board = Board(firmware, wiring=wiring, scenario=scenario, ideal=ideal)
     return board, observe(board, round(end_s * PS_PER_S), transfers=True)
 
 
 def replayed(board: Board, program: str) -> Observation:
-    """The Python firmware of that name on the samples that the board's firmware has read."""
+    """Replay the Python firmware of that name on the samples that the board's firmware has read."""
     return replay(board, python_firmware(program))
 
 
 def text_of(observation: Observation) -> str:
-    """The terminal's text."""
+    """Return the text of the terminal."""
     return "".join(line.text for line in observation.sequences[TERMINAL])
 
 
 class Track:
-    """The Python firmware's variables after each tick on a scenario, until ``end_s``."""
+    """The Python firmware's variables after each tick of a scenario, until ``end_s``."""
 
     def __init__(self, scenario: str | Path, end_s: float) -> None:
         board = Board(firmware="lab3", scenario=scenario)
@@ -60,14 +60,14 @@ class Track:
                 self._values[name].append(getattr(value, part) if part else value)
 
     def deviations(self, field: str, printed: float, at_ps: int, within_ms: int) -> NDArray[np.float64]:
-        """``printed`` less each value that the variable has within so many milliseconds of ``at_ps``."""
+        """Return ``printed`` minus each value of the variable within this many milliseconds of ``at_ps``."""
         around = at_ps + np.array([-within_ms, within_ms]) * PS_PER_MS
         first, last = np.searchsorted(self._times_ps, around)
         return np.array([deviation(field, printed, value) for value in self._values[field][first:last]])
 
 
 def numbers_of(lines: Sequence[ObservedItem]) -> Iterator[tuple[int, str, float]]:
-    """Time, field and value of every number in the lab's lines."""
+    """Yield time, field and value of every number in the lab's lines."""
     for line in lines:
         for line_format in FORMATS:
             for field, value in (line_format.parse(line.text.strip()) or {}).items():

@@ -1,7 +1,7 @@
-"""The broken programs in tests/arm/broken: run, diagnosed, and what is expected of them.
+"""The broken programs in tests/arm/broken: their runs, diagnoses and expected texts.
 
-``python -m tests.support.arm.broken_programs`` writes the expected texts anew, for reading them through before they
-are kept.
+``python -m tests.support.arm.broken_programs`` writes the expected texts again. They must be read before they are
+kept.
 """
 
 from __future__ import annotations
@@ -47,25 +47,25 @@ RUN_S = {
     "watchdog": 0.3,
     "wrong_address": 0.05,
 }
-"""Virtual time after which each is diagnosed."""
+"""Virtual time after which each program is diagnosed."""
 
 
 def run(name: str, folder: Path = FOLDER) -> Board:
-    """The board after the program's time."""
+    """Return the board after the time of the program."""
     board = Board(firmware=folder / f"{name}.elf", ideal=True)  # an exact oscillator
     board.run_for(RUN_S[name])
     return board
 
 
 def diagnosed(name: str, folder: Path = FOLDER) -> str:
-    """The diagnosis as text."""
+    """Return the diagnosis as text."""
     board = run(name, folder)
     assert board.chip is not None
     return str(board.chip.diagnosis())
 
 
 def without_times(text: str) -> str:
-    """Moments depend on the clock model; that they are told is checked, not which ones."""
+    """Return a text without times. Times depend on the clock model, so only their presence is checked."""
     return re.sub(r"\b\d+\.\d{6} s", "<time>", text)
 
 

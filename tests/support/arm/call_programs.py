@@ -1,8 +1,8 @@
-"""The functions of tests/arm/calls: random signatures, as GCC understands the procedure call standard.
+"""The functions of tests/arm/calls: random signatures in GCC's form of the procedure call standard.
 
 ``python -m tests.support.arm.call_programs`` writes ``functions.c`` and builds it for hard and soft floating-point
-arguments; the ELF files are in the repository, so tests need no compiler. Each function stores what it was
-given in a structure of its own, and gives one of its arguments back.
+arguments. The ELF files are in the repository, so tests need no compiler. Each function stores its arguments in a
+structure and returns one of them.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ TYPES: dict[str, str] = {
     "Axes": "iii", "Bytes": "bbb", "Pair": "ff", "Triple": "ddd", "Mixed": "bd", "Four": "ffff",
     "Five": "fffff", "Halves": "hh",
 }  # fmt: skip
-"""C types and what their values are made of."""
+"""C types, and the kinds of their values."""
 _LETTERS = {"i": "i32", "b": "u8", "f": "f32", "d": "f64", "h": "i16"}
 
 
 @dataclass(frozen=True)
 class Function:
-    """``f<number>``; ``result`` is the index of the argument that it gives back."""
+    """The function ``f<number>``; ``result`` is the index of the argument that it returns."""
 
     number: int
     parameters: tuple[str, ...]
@@ -45,7 +45,7 @@ class Function:
 
 
 def functions() -> list[Function]:
-    """Always the same."""
+    """Return the functions, which are always the same."""
     chance = random.Random(_SEED)
     made = []
     for number in range(COUNT):
@@ -55,7 +55,7 @@ def functions() -> list[Function]:
 
 
 def value(kind: str, chance: random.Random) -> Any:
-    """A random value of a C type, the same after it was stored as that type."""
+    """Return a random value of a C type that does not change when it is stored as this type."""
     code = TYPES[kind]
     if kind[0].isupper():
         return tuple(_number(_LETTERS[letter], chance) for letter in code)
@@ -72,7 +72,7 @@ def _number(code: str, chance: random.Random) -> Any:
 
 
 def source() -> str:
-    """The random functions in C; the others are in special.c."""
+    """Return the random functions in C. The other functions are in special.c."""
     return "\n".join(_source()) + "\n"
 
 
@@ -92,7 +92,7 @@ def _source() -> Iterator[str]:
 
 
 def build(folder: Path) -> None:
-    """Write functions.c, and make both programs of it. Raises CalledProcessError."""
+    """Write functions.c, and build both programs. Raises CalledProcessError."""
     (folder / "functions.c").write_text(source(), encoding="ascii")
     for abi in ABIS:
         flags = ["-mcpu=cortex-m4", "-mthumb", "-mfpu=fpv4-sp-d16", f"-mfloat-abi={abi}", "-O1", "-g"]
@@ -106,7 +106,7 @@ def build(folder: Path) -> None:
 
 
 def build_elsewhere(folder: Path) -> None:
-    """Likewise, in a copy of the sources."""
+    """Build the programs from a copy of the sources."""
     for name in ("special.c", "types.h", "calls.ld"):
         shutil.copy(FOLDER / name, folder)
     build(folder)

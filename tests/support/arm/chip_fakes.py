@@ -22,7 +22,7 @@ from fcu_emulator.emulator.trace import DeviceNote, NoteValue, Trace
 
 
 class FakeClockTree:
-    """Frequencies as the lab's firmware sets them up, until a test says otherwise."""
+    """Frequencies as the lab's firmware sets them up, unless a test changes them."""
 
     def __init__(self) -> None:
         self.sysclk_hz = self.hclk_hz = self.pclk2_hz = self.timer1_hz = self.timer2_hz = 84_000_000
@@ -34,7 +34,7 @@ class FakeClockTree:
         self._changed.append(changed)
 
     def set(self, **frequencies_hz: int) -> None:
-        """``set(pclk1_hz=16_000_000)``; all listeners are called, as after a write to RCC."""
+        """Set frequencies, as in ``set(pclk1_hz=16_000_000)``, and call all listeners as after a write to RCC."""
         nominal_hz = frequencies_hz.get("pclk1_hz", self.nominal_pclk1_hz)
         vars(self).update({"nominal_pclk1_hz": nominal_hz} | frequencies_hz)
         for changed in self._changed:
@@ -42,7 +42,7 @@ class FakeClockTree:
 
 
 class FakeInterrupts:
-    """Interrupt inputs: the levels now, and how often each has risen."""
+    """Interrupt inputs: their present levels, and the number of rising edges of each."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -60,13 +60,13 @@ class FakeInterrupts:
 
 
 class FakeDma:
-    """Request lines: what was asked for when. ``serve(line, transfer)`` runs ``transfer()`` at each."""
+    """Request lines with a record of requests. ``serve(line, transfer)`` runs ``transfer()`` at each request."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self._transfers: dict[str, Callable[[], None]] = {}
         self.left: dict[str, int] = {}
-        """What ``remaining`` says, by line."""
+        """Value that ``remaining`` returns, by line."""
         self.requests: list[tuple[int, str]] = []
 
     def serve(self, line: str, transfer: Callable[[], None]) -> None:
@@ -85,7 +85,7 @@ class FakeDma:
 
 
 class Chip:
-    """What a block is wired to. ``resets``: the reasons given to ``soc.reset``, with their times."""
+    """The surroundings of a peripheral. ``resets``: the reasons given to ``soc.reset``, with their times."""
 
     def __init__(self) -> None:
         self.clock = Clock()
@@ -99,7 +99,7 @@ class Chip:
         self.soc.clocks, self.soc.irq, self.soc.dma = self.clocks, self.irq, self.dma
 
     def run_to(self, at_ps: int) -> None:
-        """Let time pass until ``at_ps``, its events included."""
+        """Let time pass until ``at_ps``, and fire the events that are due."""
         self.clock.advance_to(at_ps)
 
     def run_for(self, duration_ps: int) -> None:
@@ -107,7 +107,7 @@ class Chip:
         self.clock.advance_to(self.clock.now_ps + duration_ps)
 
     def notes(self) -> list[tuple[str, str]]:
-        """(what, text) of every note so far."""
+        """Return (what, text) of every note so far."""
         return [(note.what, note.text) for note in self.trace.of(DeviceNote)]
 
     def problems(self) -> dict[str, dict[str, NoteValue]]:
@@ -119,7 +119,7 @@ class Chip:
 
 
 class NativeChip:
-    """Likewise for blocks in C, without a core that executes: ``chip["TIM9"].write(0x00, 1)``."""
+    """The same for peripherals in C, without a core that executes: ``chip["TIM9"].write(0x00, 1)``."""
 
     def __init__(
         self,
@@ -144,19 +144,19 @@ class NativeChip:
         return self.fcu.peripherals[name]
 
     def timer(self, name: str) -> Timer:
-        """A timer, with its account of ticks."""
+        """Return a timer with its tick counts."""
         block = self.fcu.peripherals[name]
         assert isinstance(block, Timer)
         return block
 
     @property
     def next_ps(self) -> int:
-        """The earliest event of the chip or of the clock."""
+        """Return the time of the earliest event of the chip or of the clock."""
         chip_ps: int = self.fcu.library.fcu_next_event(self.fcu.handle)
         return min(self.clock.next_ps, chip_ps)
 
     def run_to(self, at_ps: int) -> None:
-        """Let time pass until ``at_ps``, its events included."""
+        """Let time pass until ``at_ps``, and fire the events that are due."""
         self.fcu.advance_to(at_ps)
 
     def run_for(self, duration_ps: int) -> None:
@@ -164,7 +164,7 @@ class NativeChip:
         self.fcu.advance_to(self.clock.now_ps + duration_ps)
 
     def notes(self) -> list[tuple[str, str]]:
-        """(what, text) of every note so far."""
+        """Return (what, text) of every note so far."""
         return [(note.what, note.text) for note in self.trace.of(DeviceNote)]
 
     def problems(self) -> dict[str, dict[str, NoteValue]]:

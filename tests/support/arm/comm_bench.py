@@ -1,7 +1,7 @@
-"""The communication blocks on a real board's buses, driven register by register as firmware does.
+"""The communication peripherals on a real board's buses, used register by register as by firmware.
 
-A fake processor: each access to a register takes ``ACCESS_PS``, and before it all that is due has happened,
-as the core guarantees. ``delays`` are extra picoseconds before accesses, as if an interrupt handler had run.
+A fake processor accesses them. Each access takes ``ACCESS_PS``, and all events that are due happen before it, as with
+the core. ``delays`` are extra picoseconds before accesses, as if an interrupt handler had run.
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ ACCESS_PS = 100_000  # a few instructions at 84 MHz
 RAM = 0x2000_0000  # of which ``CommBench.ram`` is a view
 SPI2_CHIP_SELECTS = FCU001V1.wiring("fcu001v1").chip_selects
 PINS = [("B", 10, 4), ("B", 3, 9), ("B", 13, 5), ("B", 15, 5)]
-"""What firmware has to switch over: I2C2's SCL and SDA, SPI2's SCK and data."""
+"""Pins that firmware must set to alternate functions: I2C2's SCL and SDA, SPI2's SCK and data."""
 
 
 class FakeProcessor:
-    """Accesses to the blocks of ``chip``, each a few instructions after the one before."""
+    """Accesses to the peripherals of ``chip``, each a few instructions after the previous one."""
 
     def __init__(self, chip: NativeChip, irq: FakeInterrupts, delays: Iterable[int]) -> None:
         self.chip, self.irq = chip, irq
         self._delays: Iterator[int] = iter(delays)
 
     def wait(self, duration_ps: int) -> None:
-        """Firmware is busy elsewhere."""
+        """Let time pass while firmware does other work."""
         self.chip.run_for(duration_ps)
 
     def read(self, block: Peripheral, offset: int) -> int:
-        """The word as firmware reads it, which a debugger has to see there just before."""
+        """Return the word that firmware reads; a debugger must see the same word just before."""
         self.wait(ACCESS_PS + next(self._delays, 0))
         seen = block.peek(offset)
         value = block.read(offset)
@@ -78,7 +78,7 @@ class FakeProcessor:
 
 
 class CommBench(FakeProcessor):
-    """I2C2, SPI2 and both DMA controllers of one board, pins switched, the sensors on both buses."""
+    """I2C2, SPI2 and both DMA controllers of one board, with their pins set up, and the sensors on both buses."""
 
     def __init__(self, delays: Iterable[int] = ()) -> None:
         self.board = board = Board(ideal=True)
@@ -100,11 +100,11 @@ class CommBench(FakeProcessor):
 
     @property
     def next_ps(self) -> int:
-        """The earliest event of the chip or of the clock."""
+        """Return the time of the earliest event of the chip or of the clock."""
         return self.chip.next_ps
 
     def notes(self) -> list[str]:
-        """Of every note so far its kind and its text, such as ``forbidden: TRISE is 2; ...``."""
+        """Return kind and text of every note so far, such as ``forbidden: TRISE is 2; ...``."""
         return [f"{note.what}: {note.text}" for note in self.trace.of(DeviceNote)]
 
     def problems(self) -> dict[str, dict[str, NoteValue]]:

@@ -1,7 +1,7 @@
-"""The kernels of tests/arm/kernels: built at five levels of optimisation, run by QEMU and by the board.
+"""The kernels of tests/arm/kernels, built at five optimisation levels and run by QEMU and by the board.
 
-What QEMU's Cortex-M4 machine prints is kept in kernels/results.txt, a checksum for each kernel, the same at
-every level. ``python -m tests.support.arm.conformance`` makes that file anew, with QEMU and the cross compiler.
+The output of QEMU's Cortex-M4 machine is in kernels/results.txt: a checksum for each kernel, the same at every level.
+``python -m tests.support.arm.conformance`` writes this file again, with QEMU and the cross compiler.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ LEVELS: Final = ("O0", "O1", "O2", "O3", "Os")
 COMPILER: Final = "arm-none-eabi-gcc"
 QEMU: Final = "qemu-system-arm"
 MACHINE: Final = "netduinoplus2"
-"""An STM32F405, whose core, memories and USART1 are where the STM32F401 has them."""
+"""An STM32F405. Its core, memories and USART1 have the same addresses as in the STM32F401."""
 FLAGS: Final = (
     *("-mcpu=cortex-m4", "-mthumb", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard"),
     *("-std=gnu11", "-Wall", "-Wextra", "-ffp-contract=off"),
@@ -29,11 +29,11 @@ FLAGS: Final = (
 )
 LAST = b"end\n"
 LONGEST_S = 20
-"""Of virtual time; the slowest build takes 8."""
+"""Maximum virtual time; the slowest build takes 8 s."""
 
 
 def build(level: str, folder: Path) -> Path:
-    """The kernels at a level of optimisation, as an ELF file."""
+    """Build the kernels at an optimisation level; return the ELF file."""
     elf = folder / f"kernels-{level}.elf"
     sources = sorted(map(str, KERNELS.glob("*.c")))
     subprocess.run([COMPILER, *FLAGS, f"-{level}", *sources, "-lm", "-o", str(elf)], check=True)
@@ -41,7 +41,7 @@ def build(level: str, folder: Path) -> Path:
 
 
 def on_qemu(elf: Path) -> str:
-    """What QEMU prints until the program asks for a system reset."""
+    """Return the output of QEMU until the program requests a system reset."""
     machine = [QEMU, "-M", MACHINE, "-nographic", "-monitor", "none", "-serial", "stdio", "-no-reboot"]
     done = subprocess.run(
         [*machine, "-kernel", str(elf)],
@@ -54,7 +54,7 @@ def on_qemu(elf: Path) -> str:
 
 
 def on_board(elf: Path) -> str:
-    """What the board prints until then."""
+    """Return the output of the board until the program requests a system reset."""
     board = Board(firmware=elf, ideal=True)
     text = b""
     while LAST not in text and board.now_s < LONGEST_S:
@@ -70,7 +70,7 @@ def _whole(text: bytes) -> str:
 
 
 def main() -> None:
-    """Write the results, if all levels agree."""
+    """Write the results if all levels agree."""
     with tempfile.TemporaryDirectory() as folder:
         printed = {on_qemu(build(level, Path(folder))) for level in LEVELS}
     if len(printed) != 1:

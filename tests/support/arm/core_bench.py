@@ -41,7 +41,7 @@ ENTRY_CYCLES, RETURN_CYCLES, CHAIN_CYCLES = 12, 10, 6
 """Cortex-M4 technical reference manual, section 3.9."""
 STACK = RAM + RAM_SIZE
 PROBE = 0x4000_1800
-"""Where no block of the chip is (RM0368 table 1)."""
+"""An address without a peripheral of the chip (RM0368 table 1)."""
 CODE = FLASH + 0x200
 
 _EXCEPTIONS = {
@@ -105,7 +105,8 @@ SYMBOLS = {
 
 
 class Probe(Peripheral):
-    """LOG notes what is written. FLAG reads as 1 from ``flag_ps`` on. EFFECT counts its reads.
+    """Device that notes each write to LOG. FLAG reads as 1 from ``flag_ps`` on. EFFECT counts its reads.
+
     Writing n to LOWER makes interrupt line n inactive; RATE sets HCLK in kHz.
     """
 
@@ -120,7 +121,7 @@ class Probe(Peripheral):
         self.flag_ps = NEVER_PS
 
     def reset(self) -> None:
-        """A system reset leaves the notes."""
+        """Keep the notes over a system reset."""
 
     def read(self, offset: int) -> int:
         if offset == 4:
@@ -146,7 +147,7 @@ class Probe(Peripheral):
 
 
 class CoreBench:
-    """A core in front of the first instruction of ``program``."""
+    """A core before the first instruction of ``program``."""
 
     def __init__(
         self,
@@ -187,7 +188,7 @@ class CoreBench:
         self.core.run_until_ps(round(until_us * PS_PER_US))
 
     def at_us(self, time_us: float, action: Callable[[], None]) -> None:
-        """Call ``action()`` at this time."""
+        """Call ``action()`` at this time in microseconds."""
         self.clock.schedule(round(time_us * PS_PER_US), action)
 
     def pulse_at_us(self, time_us: float, number: int) -> None:
@@ -195,11 +196,11 @@ class CoreBench:
         self.at_us(time_us, lambda: self.pulse(number))
 
     def line_at_us(self, time_us: float, number: int, level: bool) -> None:
-        """Interrupt line ``number`` is active or not from this time on."""
+        """Make interrupt line ``number`` active or inactive from this time on."""
         self.at_us(time_us, lambda: self.core.set_line(number, level))
 
     def pulse(self, number: int) -> None:
-        """Likewise, now."""
+        """Pulse interrupt line ``number`` now."""
         self.core.set_line(number, True)
         self.core.set_line(number, False)
 
@@ -207,44 +208,44 @@ class CoreBench:
 
     @property
     def values(self) -> list[int]:
-        """What was written to LOG."""
+        """Return the values that were written to LOG."""
         return [value for _, value in self.probe.log]
 
     @property
     def log_us(self) -> list[tuple[float, int]]:
-        """(time in microseconds, value) of every write to LOG."""
+        """Return (time in microseconds, value) of every write to LOG."""
         return [(at_ps / PS_PER_US, value) for at_ps, value in self.probe.log]
 
     def register(self, number: int) -> int:
-        """R0 to R15; 16 is xPSR."""
+        """Return one of R0 to R15, or xPSR for 16."""
         return self.core.register(number)
 
     def time_us(self, value: int) -> float:
-        """When ``value`` was logged, the only time."""
+        """Return the only time at which ``value`` was logged."""
         (time_us,) = (at for at, logged in self.log_us if logged == value)
         return time_us
 
     def floating_point(self) -> list[int]:
-        """S0 to S31 and FPSCR."""
+        """Return S0 to S31 and FPSCR."""
         return list(CoreRegisters(self.core, FLOATING_POINT).read())
 
     def word(self, address: int) -> int:
-        """In RAM."""
+        """Return a word of RAM."""
         return int.from_bytes(self.core.ram[address - RAM : address - RAM + 4], "little")
 
     def system(self, name: str) -> int:
-        """A register of the system control space, by its name in SYMBOLS."""
+        """Return a register of the system control space, by its name in SYMBOLS."""
         value = self.core.peek(SYMBOLS[name])
         assert value is not None
         return value
 
     def faults(self) -> list[str]:
-        """What the trace has of the core's faults."""
+        """Return the trace's notes about faults of the core."""
         return [event.text for event in self.trace.of(Fault) if event.where == "core"]
 
 
 def _expand(program: str) -> str:
-    """``log`` written out."""
+    """Return the instructions of a ``log``."""
 
     def write(match: re.Match[str]) -> str:
         value = match[2]
@@ -256,7 +257,7 @@ def _expand(program: str) -> str:
 
 
 def interrupts(priorities: dict[int, int]) -> str:
-    """Instructions that give interrupt inputs these priorities and enable them."""
+    """Return instructions that give interrupt inputs these priorities and enable them."""
     lines = []
     for number, priority in priorities.items():
         lines += [f"mov32 r0, IPR+{number}", f"movs r1, #{priority}", "strb r1, [r0]"]
@@ -266,5 +267,5 @@ def interrupts(priorities: dict[int, int]) -> str:
 
 
 def store(name: str, value: int) -> str:
-    """Instructions that write a word: five."""
+    """Return five instructions that write a word."""
     return f"mov32 r0, {name}\nmov32 r1, {value}\nstr r1, [r0]\n"

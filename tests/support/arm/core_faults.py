@@ -1,4 +1,4 @@
-"""What tests of faults have in common: the exceptions' numbers, and handlers that log which one it was."""
+"""Common parts of fault tests: the numbers of exceptions, and handlers that log the exception."""
 
 from __future__ import annotations
 
@@ -19,4 +19,4 @@ usage_fault:
        log r2
        b .
 """
-"""Log the exception and the return address in the frame."""
+"""Handlers that log the exception and the return address in the frame."""

@@ -1,4 +1,4 @@
-"""Interrupt handlers that log when they begin and end: for tests of priorities and of masks."""
+"""Interrupt handlers that log their beginning and end, for tests of priorities and masks."""
 
 from __future__ import annotations
 
@@ -25,5 +25,5 @@ irq2: log 30
 
 
 def bench(priorities: dict[int, int], before: str = "") -> CoreBench:
-    """Up and waiting, with these interrupts, long before 200 us; 1 is logged then."""
+    """Return a bench that waits with these interrupts from long before 200 us, when it has logged 1."""
     return CoreBench(f"reset: {interrupts(priorities)} {before} log 1\n b .\n {HANDLERS}")

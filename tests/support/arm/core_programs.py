@@ -1,4 +1,4 @@
-"""A program that does a bit of everything, for laws of the core: divided or skipped, it must do the same."""
+"""A program with many kinds of instructions, for laws of the core: divided or skipped runs must be equal."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def interrupted_core(
     cycles: Fraction = Fraction(1),
     skip: bool = True,
 ) -> CoreBench:
-    """``STIRRING``, with pulses (time in us, interrupt) and the time at which FLAG reads as 1."""
+    """Return a core with ``STIRRING``, pulses (time in us, interrupt), and the time at which FLAG reads as 1."""
     core = CoreBench(STIRRING, cycles=cycles, skip=skip)
     core.probe.flag_ps = round(flag_us * 10**6)
     for time_us, number in pulses:
@@ -96,7 +96,7 @@ def interrupted_core(
 
 
 def state(core: CoreBench) -> State:
-    """Everything that a program could notice, now or later."""
+    """Return all state that can affect the program now or later."""
     return (
         core.probe.log,
         [core.register(number) for number in range(15)],

@@ -1,7 +1,7 @@
-"""Small ELF files made byte by byte, so that tests can say exactly what is in them, right or wrong.
+"""Small ELF files that are built byte by byte, so that tests can choose their exact contents, valid or invalid.
 
-Structures after the ELF specification 1.2 and DWARF 5 sections 6.2.4, 7.5: written here a second time, from
-the documents, so that the reader under test has an independent counterpart.
+Structures are written here a second time, from the ELF specification 1.2 and DWARF 5 sections 6.2.4, 7.5, so that the
+tested reader has an independent counterpart.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ STATIC_OBJECT, GLOBAL_OBJECT, STATIC_NOTYPE, FILE = 0x01, 0x11, 0x00, 0x04
 
 
 def code(stack: int = RAM_END, reset: int = RESET | 1, size: int = CODE_SIZE) -> bytes:
-    """Contents of flash: a vector table, then NOPs."""
+    """Return contents of flash: a vector table, then NOPs."""
     return (struct.pack("<16I", stack, reset, *[RESET | 1] * 14) + b"\x00\xbf" * size)[:size]
 
 
 def hex_text(data: bytes) -> bytes:
-    """Intel HEX of contents of flash, 16 bytes a line; ``data`` does not leave the first 64 KB."""
+    """Return contents of flash as Intel HEX, 16 bytes a line; ``data`` must stay in the first 64 KB."""
     records = [b"\x02\0\0\x04\x08\0"]
     for at in range(0, len(data), 16):
         piece = data[at : at + 16]
@@ -61,7 +61,7 @@ def elf(
     kind: int = 2,
     ident: bytes = b"\x7fELF\x01\x01\x01",
 ) -> bytes:
-    """An ELF file; ``sections`` are numbered from 1, the table of their names comes last."""
+    """Return an ELF file. ``sections`` are numbered from 1; the table of their names comes last."""
     body = b""
     start = 52 + 32 * len(loads)
     programs = b""
@@ -96,7 +96,7 @@ def _sections(sections: Sequence[Section], start: int, body: bytes) -> tuple[byt
 
 
 def symbols(*entries: tuple[str, int, int, int]) -> tuple[Section, Section]:
-    """Sections 1 and 2, a symbol table and its strings, of (name, value, size, binding and type)."""
+    """Return sections 1 and 2, a symbol table and its strings, from (name, value, size, binding and type)."""
     strings = b"\0"
     table = bytes(16)
     for name, value, size, info in entries:
@@ -115,7 +115,7 @@ def uleb(value: int) -> bytes:
 
 
 def abbreviations(*entries: tuple[int, bool, Sequence[tuple[int, int]]]) -> bytes:
-    """A table of (tag, has children, (attribute, form) pairs); codes count from 1."""
+    """Return a table of (tag, has children, (attribute, form) pairs); codes count from 1."""
     out = b""
     for number, (tag, has_children, attributes) in enumerate(entries, 1):
         out += uleb(number) + uleb(tag) + bytes([has_children])
@@ -124,16 +124,16 @@ def abbreviations(*entries: tuple[int, bool, Sequence[tuple[int, int]]]) -> byte
 
 
 def unit(entries: bytes, version: int = 4) -> bytes:
-    """A unit of .debug_info whose abbreviations begin at 0; entries begin at byte 11 (12 in version 5)."""
+    """Return a unit of .debug_info whose abbreviations begin at 0. Entries begin at byte 11 (12 in version 5)."""
     head = struct.pack("<HBBI", 5, 1, 4, 0) if version == 5 else struct.pack("<HIB", version, 0, 4)
     return struct.pack("<I", len(head) + len(entries)) + head + entries
 
 
 def line_program(code_bytes: bytes, names: bytes, version: int = 4) -> bytes:
-    """A program of .debug_line; ``names`` are the tables of folders and files as in that version.
+    """Return a program of .debug_line; ``names`` are the tables of folders and files in the form of that version.
 
-    line_base -5, line_range 14, opcode_base 13: what GCC uses, so that special opcode 0x4B is "4 bytes of
-    code and 1 line on" with instructions counted in bytes.
+    line_base -5, line_range 14 and opcode_base 13 are GCC's values: special opcode 0x4B means "4 bytes of code and 1
+    line further", with instructions counted in bytes.
     """
     tail = b"\x01" + (b"\x01" if version >= 4 else b"") + b"\x01\xfb\x0e\x0d"
     tail += bytes([0, 1, 1, 1, 1, 0, 0, 0, 1, 0, 0, 1]) + names
@@ -162,7 +162,7 @@ _ABBREVIATIONS = abbreviations(
 
 
 def _entries(first: int) -> bytes:
-    """typedef struct {int X; float F;} *at* ACC, as ``acc``; int count[3] at COUNT; from ``first`` on."""
+    """Return typedef struct {int X; float F;} *at* ACC, as ``acc``; int count[3] at COUNT; starting at ``first``."""
     out = b"\x01main.c\0"
 
     def place() -> bytes:
@@ -184,7 +184,7 @@ def _entries(first: int) -> bytes:
 
 
 def debug_sections(version: int = 4) -> list[Section]:
-    """Symbols, lines and types of a small program: Reset_Handler, main, acc, count; in DWARF 4 or 5."""
+    """Return symbols, lines and types of a small program: Reset_Handler, main, acc, count; in DWARF 4 or 5."""
     table, strings = symbols(
         ("main.c", 0, 0, FILE),
         ("count.1", COUNT, 12, STATIC_OBJECT),
@@ -206,12 +206,12 @@ def debug_sections(version: int = 4) -> list[Section]:
 
 
 def debug_elf(version: int = 4) -> bytes:
-    """The small program with everything that a debugger knows about it."""
+    """Return the small program with all information for a debugger."""
     return elf(sections=debug_sections(version))
 
 
 def patched(data: bytes, offset: int, layout: str, *values: int) -> bytes:
-    """``data`` with fields overwritten at ``offset``."""
+    """Return ``data`` with fields overwritten at ``offset``."""
     out = bytearray(data)
     struct.pack_into(layout, out, offset, *values)
     return bytes(out)

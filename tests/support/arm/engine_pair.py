@@ -1,8 +1,8 @@
-"""The core and a witness, Unicorn, side by side: set alike, run alike, and compared.
+"""The core and its reference, Unicorn, side by side: with equal state and code, and compared.
 
-Decision: encodings are made from the bit patterns that the manual prints, whose fields are drawn among the
-values that it allows. So nothing UNPREDICTABLE is executed, no list of exceptions is needed, and the patterns
-are a second transcription, independent of the decoder. What is drawn depends on the form's name only.
+Decision: encodings are made from the bit patterns that the manual prints. Their fields are drawn among the permitted
+values. So nothing UNPREDICTABLE is executed, no list of exceptions is needed, and the patterns are a second
+transcription, independent of the decoder. The draws depend only on the form's name.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from fcu_emulator.emulator.chip.memory_map import FLASH, RAM, RAM_SIZE
 from tests.support.arm.unicorn_reference import THUMB, UnicornCore
 
 CODE = FLASH + 0x1_0000
-"""Branches find flash in both directions, TBH in all of its reach."""
+"""Start of the code. Branches reach flash in both directions, and TBH reaches flash completely."""
 GE = 0xF << 16
-"""Unicorn cannot be given these bits, so they are left out; test_native_dsp.py looks by SEL and MRS."""
+"""Unicorn cannot set these bits, so they are omitted here; test_native_dsp.py reads them by SEL and MRS."""
 RAM_CONTENT = Random("RAM").randbytes(RAM_SIZE)
 GENERAL = (*range(13), 14)
 """R0 to R12 and LR, which any 32-bit instruction may name."""
@@ -35,7 +35,7 @@ Executing = BareCore | UnicornCore
 Fields = Mapping[str, int]
 Values = Mapping[str, int]
 State = Callable[[Random, Fields], Values]
-"""Registers for an encoding with these fields; :class:`Access` says what those not named are."""
+"""Registers for an encoding with these fields. :class:`Access` has the values of other registers."""
 
 _MODE = "xpsr", "control"
 _PRIVILEGED = *MASKS[:3], "msp", "psp"
@@ -63,8 +63,8 @@ _EXTREMES = (
 class Form:
     """Encodings of an instruction, or of several in sequence.
 
-    Each letter of ``pattern`` is a field, joined where it is divided. d, n, m, a and t of four bits are
-    registers in general, unless ``allowed`` says what they may be; ``rule`` is about all fields.
+    Each letter of ``pattern`` is a field; its parts are joined if it is divided. d, n, m, a and t with four bits are
+    general registers, unless ``allowed`` has other values; ``rule`` is a condition for all fields.
     """
 
     name: str
@@ -77,7 +77,7 @@ class Form:
         return self.name
 
     def draw(self, random: Random) -> tuple[list[int], Fields]:
-        """Half-words, and the fields in them."""
+        """Draw fields; return the half-words, and the fields."""
         pattern = self.pattern.replace(" ", "")
         widths = {letter: pattern.count(letter) for letter in sorted({*pattern} - {*"01"})}
         while True:
@@ -94,32 +94,32 @@ class Form:
 
 
 def register_name(number: int) -> str:
-    """R0 to R12, and LR."""
+    """Return the name of R0 to R12 or LR."""
     return "lr" if number == 14 else f"r{number}"
 
 
 def word(random: Random) -> int:
-    """Anything, and often what is special to some instruction."""
+    """Return a random word, often one that is special for some instruction."""
     return random.choice(
         (random.getrandbits(32), random.getrandbits(32), random.getrandbits(8), random.choice(_EXTREMES))
     )
 
 
 def flags(random: Random) -> int:
-    """xPSR with any N, Z, C, V and Q."""
+    """Return an xPSR with any N, Z, C, V and Q."""
     return THUMB | random.getrandbits(5) << 27
 
 
 def any_values(random: Random, _fields: Fields) -> Values:
-    """For instructions that only compute."""
+    """Return registers for instructions that only compute."""
     return {**{f"r{number}": word(random) for number in range(13)}, "lr": word(random), "xpsr": flags(random)}
 
 
 class Access:
-    """All registers of an engine.
+    """Access to all registers of an engine.
 
-    Unicorn obeys the privilege of the code, whoever asks: so the mode is that of a handler first, and what is
-    wanted last.
+    Unicorn applies the privilege of the code to every access. So the mode is first set to that of a handler, and last
+    to the requested mode.
     """
 
     def __init__(self, engine: Executing) -> None:
@@ -128,7 +128,7 @@ class Access:
         self._others = CoreRegisters(engine, _OTHERS)
 
     def write(self, values: Values) -> None:
-        """SP is the one of MSP and PSP that CONTROL and the mode choose (ARMv7-M ARM B1.4.7)."""
+        """Write registers. CONTROL and the mode select MSP or PSP as SP (ARMv7-M ARM B1.4.7)."""
         written = {
             **dict.fromkeys(EVERYTHING, 0),
             "xpsr": THUMB,
@@ -142,7 +142,7 @@ class Access:
             registers.write(*(written[name] for name in registers.names))
 
     def read(self) -> dict[str, object]:
-        """By name, without GE; the mode is that of a handler then."""
+        """Return the registers by name, without GE. The mode is that of a handler afterwards."""
         read = dict(zip(_MODE + _OTHERS, (*self._mode.read(), *self._others.read()), strict=True))
         self._mode.write(_HANDLER, read["control"])
         read |= zip(_PRIVILEGED, self._privileged.read(), strict=True)
@@ -150,7 +150,7 @@ class Access:
 
 
 class EnginePair:
-    """The core, ``native``, and its witness, ``unicorn``, with the same code."""
+    """The core, ``native``, and its reference, ``unicorn``, with the same code."""
 
     def __init__(self) -> None:
         self.native, self.unicorn = BareCore(), UnicornCore()
@@ -160,7 +160,7 @@ class EnginePair:
         )
 
     def place(self, address: int, words: Sequence[int]) -> None:
-        """Half-words into flash or RAM."""
+        """Write half-words into flash or RAM of both."""
         for engine, _ in self._pairs:
             memory = engine.memory(address, 2 * len(words))
             assert memory is not None
@@ -168,7 +168,7 @@ class EnginePair:
             engine.invalidate_code()
 
     def differences(self, address: int, values: Values, instructions: int) -> list[str]:
-        """Run from there with these registers: what is different then."""
+        """Run both from there with these registers, and return the differences."""
         native, unicorn = (
             _outcome(engine, access, address, values, instructions) for engine, access in self._pairs
         )
@@ -177,7 +177,7 @@ class EnginePair:
     def check(
         self, form: Form, state: State, *, longest_block: int = 4, encodings: int = 16, runs: int = 12
     ) -> None:
-        """Encodings alone and in IT blocks of up to so many, each with some register contents."""
+        """Check encodings alone and in IT blocks of up to this length, each with some register contents."""
         random = Random(form.name)
         fragments = [_fragment(form, random, random.randint(0, longest_block)) for _ in range(encodings)]
         slots = [words + [_NOP] * (_SLOT // 2 - len(words)) for words, _, _ in fragments]
@@ -190,7 +190,7 @@ class EnginePair:
 
 
 def _fragment(form: Form, random: Random, block: int) -> tuple[list[int], Fields, int]:
-    """One encoding, or IT and a block of them: half-words, the fields of the last, number of instructions."""
+    """Return one encoding, or IT and a block of them: half-words, the fields of the last, number of instructions."""
     drawn = [form.draw(random) for _ in range(block or 1)]
     words = [word for encoding, _ in drawn for word in encoding]
     if block:

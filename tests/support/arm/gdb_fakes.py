@@ -113,7 +113,7 @@ class FakeTarget:
 
 
 class Debugger:
-    """The other end of a session, without a socket: what was sent back, packet by packet."""
+    """A debugger without a socket, which records the packets that the server sends."""
 
     def __init__(self, target: FakeTarget) -> None:
         self.target = target
@@ -126,14 +126,14 @@ class Debugger:
         return f"done: {command}\n"
 
     def ask(self, packet: bytes) -> bytes:
-        """The only answer to a packet."""
+        """Send a packet, and return its only answer."""
         before = len(self.sent)
         self.session.handle(packet)
         (reply,) = self.sent[before:]
         return reply
 
     def go(self, packet: bytes, for_ps: int = 10_000_000) -> bytes:
-        """Let the target run and give its stop reply; empty if it still runs."""
+        """Let the target run and return its stop reply, or an empty one if it still runs."""
         before = len(self.sent)
         self.session.handle(packet)
         stop = self.target.run_until_ps(self.target.now_ps + for_ps)
@@ -143,12 +143,12 @@ class Debugger:
 
 
 def framed(*payloads: bytes) -> bytes:
-    """Packets as a debugger sends them."""
+    """Return packets in the form in which a debugger sends them."""
     return b"".join(frame(payload) for payload in payloads)
 
 
 class Client:
-    """A debugger on a socket, in the same thread as the server: while it waits, the server gets its turns."""
+    """A debugger on a socket in the thread of the server, which it calls while it waits."""
 
     def __init__(self, server: GdbServer, run: Callable[[], None]) -> None:
         self.turn = run
@@ -167,7 +167,7 @@ class Client:
         return self.wait()
 
     def wait(self, turns: int = 1000) -> Received:
-        """The next packet; b"" in its place when the server has hung up."""
+        """Return the next packet, or b"" if the server has disconnected."""
         for _ in range(turns):
             if self._arrived:
                 return self._arrived.pop(0)

@@ -1,10 +1,10 @@
-"""A made-up class, judged by the lab's rubric: which program loses what.
+"""An artificial class, judged by the lab's rubric, with the checks that each program should fail.
 
-The exercises of the shipped solution done one after the other, programs that are right in other ways, one
+It has the exercises of the shipped solution done one after the other, programs that are correct in other ways, one
 typical mistake each (tests/arm/mistakes), and one that prints constants without reading a sensor.
 
-``python -m tests.support.arm.graded_programs [NAME ...]`` judges them all, or these, some ten seconds each, prints a
-table of program against points, and says which one does not lose what it should.
+``python -m tests.support.arm.graded_programs [NAME ...]`` judges all of them, or the named ones, ten seconds each,
+prints a table of programs and points, and lists those with unexpected points.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _UNDONE = (
     (4, "  Show(LED2, roll);\n"),
     (5, "  MagCalibration();\n"),
 )
-"""The exercise that has put a line into the solution's main.c, and the line."""
+"""Each line of the solution's main.c that an exercise adds, with the number of the exercise."""
 
 CONSTANTS = Program(
     "constants",
@@ -58,7 +58,7 @@ CONSTANTS_LOSE = (
 
 
 def staged(done: int, into: Path) -> Path:
-    """The shipped solution with exercises 1 to ``done``, built."""
+    """Build the shipped solution with exercises 1 to ``done``."""
     project = Path(mkdtemp(prefix=f"stage-{done}-", dir=into))
     shutil.copytree(student_programs.base(OPTIMISATION, "I2C2", into), project, dirs_exist_ok=True)
     for name in ("main.c", "motion.c", "motion.h"):
@@ -73,17 +73,17 @@ def staged(done: int, into: Path) -> Path:
 
 
 def lost(verdict: Verdict) -> tuple[str, ...]:
-    """The checks that give points and did not give all of them."""
+    """Return the checks that have points and did not give all of them."""
     return tuple(check.check for check in verdict.checks if check.points < check.max_points)
 
 
 def loses(program: Program) -> tuple[str, ...]:
-    """What a program is to lose; an exercise's number stands for all of its checks."""
+    """Return the checks that a program should fail; the number of an exercise means all its checks."""
     return tuple(one for one in expected(0) if {one, one.partition(".")[0]} & set(program.loses))
 
 
 def expected(done: int) -> tuple[str, ...]:
-    """What a program with exercises 1 to ``done`` loses."""
+    """Return the checks that a program with exercises 1 to ``done`` should fail."""
     rubric = load_rubric("lab3")
     return tuple(
         f"{exercise.id}.{check.id}"
@@ -95,7 +95,7 @@ def expected(done: int) -> tuple[str, ...]:
 
 
 def a_class(into: Path) -> Iterator[tuple[str, Callable[[], Path], tuple[str, ...]]]:
-    """Name, what builds its ELF file, and what it is to lose, one after the other."""
+    """Yield name, builder of the ELF file, and checks that should fail, one program after the other."""
     for done in range(1, len(EXERCISES) + 1):
         yield f"exercises 1 to {done}", partial(staged, done, into), expected(done)
     yield CONSTANTS.name, partial(build, CONSTANTS, OPTIMISATION, into), CONSTANTS_LOSE

@@ -1,6 +1,6 @@
-"""ST's HAL V1.6.0 for I2C, as the accesses to registers that it makes, in its order (master only).
+"""ST's HAL V1.6.0 for I2C as a sequence of register accesses, in the order of the HAL (master only).
 
-Only the sequence of accesses is the HAL's; time-outs are left to the bench.
+Only the accesses are those of the HAL; the bench handles time-outs.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ EVENT_IRQ, ERROR_IRQ = 33, 34  # I2C2 (RM0368 table 38)
 
 
 class HalError(Exception):
-    """HAL_ERROR or HAL_TIMEOUT."""
+    """The call returned HAL_ERROR or HAL_TIMEOUT."""
 
 
 class HalI2c:
@@ -34,7 +34,7 @@ class HalI2c:
         self._set(CR1, PE)
 
     def mem_read(self, address: int, register: int, count: int) -> bytes:
-        """HAL_I2C_Mem_Read, polled: four endings for 1, 2, 3 and more bytes."""
+        """Do HAL_I2C_Mem_Read, polled, with different endings for 1, 2, 3 and more bytes."""
         self._address_for_reading(address, register)
         if count == 1:
             self._clear(CR1, ACK)
@@ -78,7 +78,7 @@ class HalI2c:
         return bytes(data)
 
     def mem_write(self, address: int, register: int, data: bytes) -> None:
-        """HAL_I2C_Mem_Write, polled."""
+        """Do HAL_I2C_Mem_Write, polled."""
         self._idle()
         self._send_address(address << 1)
         self._clear_addr()
@@ -94,7 +94,7 @@ class HalI2c:
         self._set(CR1, STOP)
 
     def is_ready(self, address: int) -> bool:
-        """HAL_I2C_IsDeviceReady with one trial."""
+        """Do HAL_I2C_IsDeviceReady with one trial."""
         self._idle()
         self._set(CR1, START)
         self.bench.poll(self.bench.i2c2, SR1, SB)
@@ -109,7 +109,7 @@ class HalI2c:
         return bool(answer & ADDR)
 
     def receive_interrupt(self, address: int, count: int) -> bytes:
-        """HAL_I2C_Master_Receive_IT and its handlers, until the last byte."""
+        """Do HAL_I2C_Master_Receive_IT and its handlers until the last byte."""
         data = bytearray()
         self._idle()
         self._set(CR1, ACK)
@@ -162,7 +162,7 @@ class HalI2c:
             data.append(self._read(DR))
 
     def mem_read_dma_address(self, address: int, register: int) -> None:
-        """HAL_I2C_Mem_Read_DMA after the stream has been enabled: the address phase, then ADDR cleared."""
+        """Do HAL_I2C_Mem_Read_DMA after the stream has been enabled: the address phase, then clear ADDR."""
         self._address_for_reading(address, register)
         self._set(CR2, LAST)
         self._set(CR2, DMAEN)
@@ -176,7 +176,7 @@ class HalI2c:
         self._clear(CR2, DMAEN)
 
     def mem_write_dma_address(self, address: int, register: int) -> None:
-        """HAL_I2C_Mem_Write_DMA before the stream is enabled."""
+        """Do HAL_I2C_Mem_Write_DMA before the stream is enabled."""
         self._idle()
         self._send_address(address << 1)
         self._clear_addr()
@@ -185,11 +185,11 @@ class HalI2c:
         self._wait(TXE)
 
     def mem_write_dma_data(self) -> None:
-        """The request line, after the stream has been enabled."""
+        """Enable the request line, after the stream has been enabled."""
         self._set(CR2, DMAEN)
 
     def mem_write_dma_complete(self) -> None:
-        """I2C_DMAXferCplt and the event handler at BTF."""
+        """Do I2C_DMAXferCplt and the event handler at BTF."""
         self._clear(CR2, DMAEN)
         self._wait(BTF)
         self._set(CR1, STOP)
@@ -200,7 +200,7 @@ class HalI2c:
     # -- one access -------------------------------------------------------------------------------------
 
     def _address_for_reading(self, address: int, register: int) -> None:
-        """The address, the register in the part, and the address again to read; ADDR is still set."""
+        """Send the address, the register in the device, and the address again for reading; ADDR stays set."""
         self._idle()
         self._set(CR1, ACK)
         self._send_address(address << 1)

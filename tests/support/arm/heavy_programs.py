@@ -1,7 +1,7 @@
-"""Programs that never end and do in each iteration what costs the emulator most: one for each kind of access.
+"""Endless programs whose iterations have the highest cost for the emulator, one for each kind of access.
 
-Each runs at 84 MHz, all peripherals clocked unless it says otherwise. A name is what its loop does; its
-``source`` is for :func:`tests.support.arm.hostile_programs.program`.
+Each runs at 84 MHz with clocks for all peripherals, unless it says otherwise. The name describes the loop; ``source``
+is for :func:`tests.support.arm.hostile_programs.program`.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ RCC = 0x4002_3800
 CR, PLLCFGR, CFGR, CIR, APB1RSTR, APB2RSTR = (RCC + n for n in (0, 4, 8, 12, 0x20, 0x24))
 AHB1ENR, APB1ENR, APB2ENR, BDCR, CSR = (RCC + n for n in (0x30, 0x40, 0x44, 0x70, 0x74))
 CLOCKED = EVERY_CLOCK_AND_INTERRUPT.split("mov32 r0, 0xE000E100")[0]
-"""All peripherals, no interrupt."""
+"""Clocks for all peripherals, without interrupts."""
 
 
 def put(address: int, value: int) -> str:
-    """Store a word."""
+    """Return the instructions that store a word."""
     return f"mov32 r0, {address}\nmov32 r1, {value}\nstr r1, [r0]\n"
 
 
@@ -32,19 +32,19 @@ PLL_84_MHZ = (
 
 
 def endless(loop: str, before: str = "", handlers: str = LOOK_AWAY, clocks: str = CLOCKED) -> bytes:
-    """A program that sets up clocks, does ``before`` and then repeats ``loop``."""
+    """Return a program that sets up clocks, does ``before`` and then repeats ``loop``."""
     source = f"reset:\n{PLL_84_MHZ}{clocks}\n{before}\nagain:\n{loop}\nb again\n{handlers}"
     return program(source)
 
 
 def two_values(address: int, one: int, other: int) -> bytes:
-    """Write two values to a register in turn."""
+    """Return the instructions that write two values to a register in turn."""
     before = f"mov32 r0, {address}\nmov32 r1, {one}\nmov32 r2, {other}"
     return endless("str r1, [r0]\nstr r2, [r0]", before)
 
 
 def reads(address: int, access: str = "ldr r1, [r0]") -> bytes:
-    """Read a register, with the count in R3 changing so that nothing can be skipped."""
+    """Return instructions that read a register. The count in R3 changes, so that no pass can be skipped."""
     return endless(f"{access}\nadds r3, #1", f"mov32 r0, {address}\nmovs r3, #0")
 
 
@@ -62,7 +62,7 @@ def _timer(name: str, arr: int, more: str = "") -> str:
 
 
 def _i2c(name: str = "I2C2") -> str:
-    """PB10 and PB3, as fast as CCR allows."""
+    """Return the set-up of I2C2 on PB10 and PB3, as fast as CCR allows."""
     base, gpiob = _base(name), _base("GPIOB")
     return (
         put(gpiob + 4, 1 << 10 | 1 << 3)
@@ -90,7 +90,7 @@ interrupt: bx lr
 
 
 def clock_programs() -> dict[str, bytes]:
-    """Changes of RCC."""
+    """Return programs that change RCC."""
     pll = 4 << 10 | 2
     hse = endless(
         "str r1, [r0]\nstr r2, [r0]",
@@ -129,7 +129,7 @@ def clock_programs() -> dict[str, bytes]:
 
 
 def address_programs() -> dict[str, bytes]:
-    """Places where nothing is, and blocks that are not modelled."""
+    """Return programs that access addresses without a device, and peripherals that are not modelled."""
     everywhere = """
     ldr r1, [r0]
     adds r0, r0, r4
@@ -172,7 +172,7 @@ def address_programs() -> dict[str, bytes]:
 
 
 def pin_programs() -> dict[str, bytes]:
-    """GPIO, EXTI, SYSCFG."""
+    """Return programs for GPIO, EXTI and SYSCFG."""
     gpioc = _base("GPIOC")
     exti, syscfg = _base("EXTI"), _base("SYSCFG")
     enabled = put(exti, 0xFFFF) + put(exti + 8, 0xFFFF) + put(exti + 12, 0xFFFF)
@@ -204,7 +204,7 @@ def pin_programs() -> dict[str, bytes]:
 
 
 def block_programs() -> dict[str, bytes]:
-    """The blocks in Python: polled, written, and doing what they do as fast as they can."""
+    """Return programs for the peripherals in Python: polled, written, and working as fast as possible."""
     programs = {}
     for name in (
         "PWR",
@@ -249,7 +249,7 @@ def block_programs() -> dict[str, bytes]:
 
 
 def interrupt_programs() -> dict[str, bytes]:
-    """Exceptions, timers and the core's own registers."""
+    """Return programs for exceptions, timers and the core's own registers."""
     return {
         "TIM2: ARR flips": endless(
             "str r1, [r0]\nstr r2, [r0]",
@@ -317,7 +317,7 @@ def interrupt_programs() -> dict[str, bytes]:
 
 
 def code_programs() -> dict[str, bytes]:
-    """Code that changes, and code that is everywhere."""
+    """Return programs whose code changes, or is in all places."""
     rewrites = """
     str r1, [r0]
     blx r2
@@ -344,7 +344,7 @@ def code_programs() -> dict[str, bytes]:
 
 
 def wire_programs() -> dict[str, bytes]:
-    """I2C, SPI, UART, DMA."""
+    """Return programs for I2C, SPI, UART and DMA."""
     fast_spi = put(GPIOB, 0xA900_0000 | 1 << 24) + put(GPIOB + 36, 0x5550_0000) + put(SPI2, 0x0344)
     uart = (
         put(0x4002_0000, 0xA808_0000 | 2 << 20)
@@ -425,7 +425,7 @@ def wire_programs() -> dict[str, bytes]:
 
 
 def reset_programs() -> dict[str, bytes]:
-    """Resets."""
+    """Return programs that cause resets."""
     iwdg = _base("IWDG")
     return {
         "reset: AIRCR": program("reset:\n" + put(0xE000_ED0C, 0x05FA_0004) + "b ."),
@@ -436,7 +436,7 @@ def reset_programs() -> dict[str, bytes]:
 
 
 def mixtures(count: int) -> dict[str, bytes]:
-    """Loops of thirty loads and stores of random values at random registers of all blocks, fixed seeds."""
+    """Return loops of thirty random loads and stores to registers of all peripherals, with fixed seeds."""
     programs = {}
     for seed in range(count):
         random = Random(seed)
@@ -453,7 +453,7 @@ def mixtures(count: int) -> dict[str, bytes]:
 
 
 def all_programs() -> dict[str, bytes]:
-    """By name."""
+    """Return all programs by name."""
     return {
         **clock_programs(),
         **address_programs(),

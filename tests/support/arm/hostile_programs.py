@@ -1,4 +1,4 @@
-"""Programs that mean no good, and boards that run them; written for :mod:`tests.support.arm.thumb_assembler`."""
+"""Hostile programs and boards that run them, written for :mod:`tests.support.arm.thumb_assembler`."""
 
 from __future__ import annotations
 
@@ -57,14 +57,14 @@ fault:                       ; go on behind the instruction, of four bytes
 
 
 def put(register: str, value: int) -> str:
-    """A store to a register."""
+    """Return the instructions that store to a register."""
     return f"mov32 r0, {register}\nmov32 r1, {value}\nstr r1, [r0]\n"
 
 
 def program(source: str, behind: bytes = b"") -> bytes:
-    """Contents of flash: ``reset:`` is where it starts, ``fault:`` and ``interrupt:`` are for exceptions.
+    """Return contents of flash. ``reset:`` is the start, and ``fault:`` and ``interrupt:`` are for exceptions.
 
-    Those that ``source`` does not have are endless loops. ``behind`` follows, aligned to words.
+    Labels that ``source`` does not have are endless loops. ``behind`` follows, aligned to words.
     """
     code, labels = assemble(source + "\nstuck: b .", CODE, NAMES)
     reset, fault, interrupt = (
@@ -76,14 +76,14 @@ def program(source: str, behind: bytes = b"") -> bytes:
 
 
 def board_with(data: bytes, folder: Path) -> Board:
-    """A board with these contents of flash."""
+    """Return a board with these contents of flash."""
     file = folder / "hostile.bin"
     file.write_bytes(data)
     return Board(firmware=file)
 
 
 def word(board: Board, address: int) -> int:
-    """A word of the chip's memory."""
+    """Return a word of the chip's memory."""
     assert board.chip is not None
     content = board.chip.core.memory(address, 4)
     assert content is not None

@@ -1,4 +1,4 @@
-"""Damage to files: each mutator changes ``out`` in place, as a random generator with a fixed seed says."""
+"""Damage to files: each mutator changes ``out`` in place, with a random generator that has a fixed seed."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ Mutator = Callable[[bytearray, Random], None]
 
 
 def flip(out: bytearray, random: Random) -> None:
-    """One bit."""
+    """Flip one bit."""
     if out:
         out[random.randrange(len(out))] ^= 1 << random.randrange(8)
 
 
 def overwrite(out: bytearray, random: Random) -> None:
-    """A number of 1, 2 or 4 bytes by an extreme one."""
+    """Overwrite a number of 1, 2 or 4 bytes with an extreme value."""
     size = random.choice((1, 2, 4))
     if len(out) > size:
         value = random.choice(EXTREMES).to_bytes(4, "little")
@@ -31,26 +31,26 @@ def overwrite(out: bytearray, random: Random) -> None:
 
 
 def splice(out: bytearray, random: Random) -> None:
-    """A piece of the file, over another place of it."""
+    """Copy a part of the file over another part."""
     source, target = random.randrange(len(out) + 1), random.randrange(len(out) + 1)
     piece = out[source : source + random.randrange(40)]
     out[target : target + len(piece)] = piece
 
 
 def cut(out: bytearray, random: Random) -> None:
-    """Off the end, or out of the middle."""
+    """Remove bytes from the end or from the middle."""
     start = random.randrange(len(out) + 1)
     del out[start : random.choice((len(out), start + random.randrange(8)))]
 
 
 def insert(out: bytearray, random: Random) -> None:
-    """Some random bytes."""
+    """Insert some random bytes."""
     at = random.randrange(len(out) + 1)
     out[at:at] = random.randbytes(random.randrange(1, 8))
 
 
 def flood(out: bytearray, random: Random) -> None:
-    """A LEB128 number that does not end, or hardly, over what was there."""
+    """Overwrite bytes with a LEB128 number that has no end, or hardly one."""
     at, length = random.randrange(len(out) + 1), random.choice((4, 9, 10, 11, 200))
     end = min(at + length, len(out))
     out[at:end] = bytes([random.choice((0x80, 0xFF))]) * (end - at)
@@ -59,7 +59,7 @@ def flood(out: bytearray, random: Random) -> None:
 
 
 def grow_table(out: bytearray, random: Random) -> None:
-    """More headers in the ELF header than there are, or the same one many times over."""
+    """State more headers in the ELF header than there are, or repeat the same one many times."""
     place, count, size = random.choice(
         ((_E_PHOFF, _E_PHNUM, _PROGRAM_HEADER), (_E_SHOFF, _E_SHNUM, _SECTION_HEADER))
     )
@@ -75,7 +75,7 @@ def grow_table(out: bytearray, random: Random) -> None:
 
 
 def header_field(out: bytearray, random: Random) -> None:
-    """An extreme number in a field of the ELF header or of a program or section header."""
+    """Write an extreme number to a field of the ELF header or of a program or section header."""
     if len(out) < _ELF_HEADER:
         return
     section_headers = struct.unpack_from("<I", out, _E_SHOFF)[0]
@@ -90,7 +90,7 @@ OF_ELF: tuple[Mutator, ...] = (*ANYWHERE, grow_table, header_field, header_field
 
 
 def mutated(data: bytes, random: Random, mutators: tuple[Mutator, ...] = ANYWHERE) -> bytes:
-    """One to four changes."""
+    """Return the file with one to four changes."""
     out = bytearray(data)
     for _ in range(random.randint(1, 4)):
         random.choice(mutators)(out, random)

@@ -1,4 +1,4 @@
-"""Streams of random instructions: most of them legal and short-sighted, some of them anything."""
+"""Streams of random instructions: most of them are legal and reach only nearby addresses, some are arbitrary."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ def _any_register(random: Random) -> int:
 
 
 def _data16(random: Random) -> tuple[int, ...]:
-    """Shifts, immediates, two registers: all of 000x, 001x and 010000."""
+    """Return shifts, immediates, or operations on two registers: all of 000x, 001x and 010000."""
     return (random.choice((random.randrange(0x4000), 0x4000 | random.randrange(0x400))),)
 
 
 def _data32(random: Random) -> tuple[int, ...]:
-    """Modified constants and shifted registers."""
+    """Return operations with modified constants and shifted registers."""
     first = random.choice((0xF000, 0xEA00)) | random.choice((0, 1, 2, 3, 4, 8, 10, 11, 13, 14)) << 5
     constant = random.randrange(8) << 12 | random.randrange(0x100)
     return first | random.randrange(2) << 4 | _any_register(random), constant | _any_register(random) << 8
@@ -40,7 +40,7 @@ def _dsp(random: Random) -> tuple[int, ...]:
 
 
 def _single(random: Random) -> tuple[int, ...]:
-    """Loads and stores with 12 bits of offset, 8 bits, and a write-back."""
+    """Return loads and stores with an offset of 12 bits, of 8 bits, and with write-back."""
     operation = random.choice((0xF880, 0xF890, 0xF8A0, 0xF8B0, 0xF8C0, 0xF8D0, 0xF990, 0xF9B0))
     first = operation | random.choice(_BASES)
     if random.randrange(3):
@@ -50,7 +50,7 @@ def _single(random: Random) -> tuple[int, ...]:
 
 
 def _several(random: Random) -> tuple[int, ...]:
-    """PUSH, POP, LDM, STM, LDRD, STRD."""
+    """Return PUSH, POP, LDM, STM, LDRD or STRD."""
     kind = random.randrange(3)
     if kind == 0:
         return (random.choice((0xB400, 0xBC00)) | random.randrange(1, 0x100),)
@@ -73,7 +73,7 @@ def _literal(random: Random) -> tuple[int, ...]:
 
 
 def _branch(random: Random) -> tuple[int, ...]:
-    """A few instructions ahead or back."""
+    """Return a branch over a few instructions, forward or back."""
     distance = random.randrange(-12, 24)
     kind = random.randrange(5)
     if kind < 3:
@@ -84,14 +84,14 @@ def _branch(random: Random) -> tuple[int, ...]:
 
 
 def _long_branch(random: Random) -> tuple[int, ...]:
-    """BL to an even distance, and BX LR."""
+    """Return BL over an even distance, or BX LR."""
     distance = random.randrange(-12, 24)
     bl = 0xF000 | (0x400 if distance < 0 else 0) | distance >> 11 & 0x3FF, 0xF800 | distance & 0x7FF
     return random.choice((bl, (0x4770,)))
 
 
 def _it_block(random: Random) -> tuple[int, ...]:
-    """IT and its instructions, a branch only as the last one; now and then one that must not be there."""
+    """Return IT and its instructions, with a branch only as the last one. Sometimes one is not permitted there."""
     length = random.randrange(1, 5)
     mask = 1 << 4 - length | random.randrange(1 << 4) & -(1 << 5 - length) & 0xF
     words = [0xBF00 | random.randrange(14) << 4 | mask]
@@ -102,7 +102,7 @@ def _it_block(random: Random) -> tuple[int, ...]:
 
 
 def _high(random: Random) -> tuple[int, ...]:
-    """ADD, CMP, MOV of any registers, SP and PC among them; BX, BLX."""
+    """Return ADD, CMP, MOV of any registers, including SP and PC, or BX, BLX."""
     return (0x4400 | random.randrange(0x400),)
 
 
@@ -149,7 +149,7 @@ _KINDS: tuple[tuple[Draw, int], ...] = (
 
 
 def random_code(random: Random, size: int) -> bytes:
-    """So many bytes of code."""
+    """Return this number of bytes of code."""
     draws, weights = zip(*_KINDS, strict=True)
     words: list[int] = []
     while len(words) < size // 2:

@@ -1,6 +1,6 @@
 """Programs in assembly whose runs are recorded: sleep, watchdogs, interrupts, faults, IT blocks, memory.
 
-They run from HSI, 16 MHz. What they see they write to a list in RAM at 0x2000 1000, to which R7 points.
+They run from HSI, 16 MHz, and write their observations to a list in RAM at 0x2000 1000, to which R7 points.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _SYMBOLS = {
 
 
 def chip_program(source: str) -> bytes:
-    """What is to be flashed. ``note N`` and ``note rN`` append to the list; they change R3 and the flags."""
+    """Return contents of flash. ``note N`` and ``note rN`` append to the list; they change R3 and the flags."""
     code, labels = assemble(_with_notes(source) + "\nunexpected: b .", CODE, _SYMBOLS)
     table = [STACK] + [labels["unexpected"] | 1] * (_VECTORS - 1)
     for name, number in _EXCEPTIONS.items():
@@ -55,7 +55,7 @@ def _with_notes(source: str) -> str:
 
 
 def _timer(name: str, period: int) -> str:
-    """A timer that counts microseconds and interrupts."""
+    """Return the set-up of a timer that counts microseconds and interrupts."""
     return (
         store(f"{name}+40", 15)
         + store(f"{name}+44", period - 1)
@@ -146,7 +146,7 @@ wait:  subs r1, #1
        bne feed
 hang:  b hang
 """
-"""Feeds as often as it has been booted, then hangs: it is reset again and again."""
+"""Reloads as many times as it has been booted, then hangs, so that it is reset again and again."""
 
 WWDG = f"""
 reset: mov32 r7, LIST
@@ -344,7 +344,7 @@ hard_fault: note 3
 nmi:   note 2
        bx lr
 """
-"""A fault in the handler of a fault."""
+"""A fault in the handler of a fault causes a lock-up."""
 
 IT_BLOCKS = f"""
 reset: mov32 r7, LIST
@@ -384,7 +384,7 @@ sys_tick: mov32 r0, RAM
        str r2, [r0, #4]
        bx lr
 """.replace("       it al\n", "")
-"""Conditions that hold and fail, interrupted between any two instructions."""
+"""Conditions that are true and false, with interrupts between any two instructions."""
 
 MEMORY = f"""
 reset: mov32 r7, LIST

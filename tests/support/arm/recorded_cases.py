@@ -1,6 +1,6 @@
 """The runs whose records are kept: shipped firmware on both wirings, and programs of the tests.
 
-Times are short: a board boots in about a second, of which most is waiting.
+Times are short: a board boots in about a second, and most of this is waiting.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _BROKEN_S = {
     "fine_quiet": 0.05,
     "fine_callback": 0.05,
 }
-"""Less than a diagnosis needs where nothing new happens any more."""
+"""Times that are shorter than a diagnosis needs, for programs that only repeat."""
 
 
 def _shipped() -> Iterator[Case]:

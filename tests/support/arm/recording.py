@@ -51,7 +51,7 @@ FOLDER = Path(__file__).parents[2] / "arm" / "recorded"
 CHIP_SELECTS = {"PA8", "PB12", "PC13", "PB0"}
 ALWAYS = ("edges", "notes")
 DETAILED = ("transfers", "chip selects", "register writes")
-"""Sequences in every trace, and in detailed ones only."""
+"""Sequences that every trace has, but completely only if it is detailed."""
 _CHUNK = 64
 _DIGEST = 8  # hexadecimal digits for each chunk and each kilobyte
 _PAGE = 1024
@@ -62,11 +62,11 @@ Record = dict[str, Any]
 
 @dataclass(frozen=True)
 class Case:
-    """A board, what is done to it, and for how long it runs.
+    """A board, the actions on it, and the duration of its run.
 
-    ``firmware``: a name, a file, or the contents of flash. ``steady``: whether what the sensors measure is
-    always the same, so that the bytes read do not depend on when they are read. ``typed``: text by the time
-    in seconds when it is typed on the terminal. ``levels``: (time, port, pin, level) from outside.
+    ``firmware``: a name, a file, or the contents of flash. ``steady``: whether the sensors always measure the same
+    values, so that the bytes do not depend on the time of a read. ``typed``: text by the time in seconds at which it
+    is typed on the terminal. ``levels``: (time, port, pin, level) from outside.
     """
 
     name: str
@@ -83,13 +83,13 @@ class Case:
 
     @property
     def file(self) -> Path:
-        """Where its record is kept."""
+        """Return the file of its record."""
         return FOLDER / f"{self.name}.json"
 
 
 @dataclass(frozen=True)
 class ChipState:
-    """The chip after a run: registers by name, of each block those that are not 0."""
+    """The chip after a run: registers by name, and the registers of each peripheral that are not 0."""
 
     retired: int
     registers: dict[str, int]
@@ -99,7 +99,7 @@ class ChipState:
 
 
 def chip_state(board: Board) -> ChipState:
-    """The only place that knows where a build keeps the state of its chip."""
+    """Return the state of the chip. Only this function depends on the way in which a build stores it."""
     from fcu_emulator.emulator.chip.cpu.core_registers import EVERYTHING, CoreRegisters
 
     assert board.chip is not None
@@ -169,7 +169,7 @@ def _blocks(peek: Callable[[int], int | None]) -> dict[str, dict[str, str]]:
 
 
 def board_of(case: Case) -> Board:
-    """The board at power-on."""
+    """Return the board at power-on."""
     settings = {name: getattr(case, name) for name in ("wiring", "scenario", "ideal", "cold_start")}
     if not isinstance(case.firmware, bytes):
         return Board(case.firmware, **settings)
@@ -180,7 +180,7 @@ def board_of(case: Case) -> Board:
 
 
 def run(case: Case, *, traced: bool) -> tuple[Board, str]:
-    """The board after the case's time, and what the run ended with."""
+    """Run a case; return the board, and the end of the run."""
     board = board_of(case)
     if traced:
         board.trace.record_all()
@@ -207,20 +207,20 @@ def run(case: Case, *, traced: bool) -> tuple[Board, str]:
 
 @dataclass
 class Sequences:
-    """Entries by the name of their sequence: what, and when. "samples" are the bytes read on the buses."""
+    """Entries (text and time) by the name of their sequence. "samples" are the bytes read on the buses."""
 
     what: dict[str, list[str]]
     when: dict[str, list[str]]
 
     def add(self, name: str, what: str, when: str) -> None:
-        """Ignored for a sequence of which a trace that is not detailed has only a part."""
+        """Add an entry, except to a sequence of which a trace that is not detailed has only a part."""
         if name in self.what:
             self.what[name].append(what)
             self.when[name].append(when)
 
 
 def sequences_of(board: Board, *, steady: bool, traced: bool) -> Sequences:
-    """The run's events."""
+    """Return the events of the run as sequences."""
     text = board.terminal.text
     lines = (text if steady else re.sub(r"-?\d+(\.\d+)?", "#", text)).split("\n")
     names = (*ALWAYS, *DETAILED) if traced else ALWAYS
@@ -254,7 +254,7 @@ def _words(event: TraceEvent) -> str:
 
 
 def _bytes_on_the_line(board: Board) -> Iterator[str]:
-    """(start, number of bytes) without a gap: however many bytes an event of the trace has."""
+    """Yield (start, number of bytes) without gaps, for any number of bytes in an event of the trace."""
     start_ps, count, end_ps = 0, 0, -1
     for event in board.trace.of(TerminalBytes):
         if event.direction != "tx":
@@ -285,9 +285,9 @@ def _kept(entries: Sequence[str], first: int) -> Record:
 
 
 def record(case: Case, *, traced: bool = True, counts: dict[str, int] | None = None) -> Record:
-    """Run a case. ``counts``: how many entries of each exact sequence are compared (else most of them).
+    """Run a case and return its record. ``counts``: number of compared entries of each exact sequence (default: most).
 
-    Without a detailed trace the record lacks what only that trace has.
+    Without a detailed trace, the record does not have the data that need such a trace.
     """
     board, ending = run(case, traced=traced)
     found = sequences_of(board, steady=case.steady, traced=traced)
@@ -316,7 +316,7 @@ def _timing(board: Board, found: Sequences) -> Record:
 
 
 def counts_of(recorded: Record) -> dict[str, int]:
-    """How many entries of each exact sequence a record has."""
+    """Return the number of entries of each exact sequence in a record."""
     return {name: kept["count"] for name, kept in recorded["exact"].items() if name != "ending"}
 
 
@@ -324,9 +324,9 @@ def counts_of(recorded: Record) -> dict[str, int]:
 
 
 def differences(recorded: Record, now: Record) -> list[str]:
-    """Where two records part, one line each, the first of each sequence.
+    """Return the differences of two records, one line each: the first one of each sequence.
 
-    What ``now`` lacks because it was made without a detailed trace is not compared.
+    Data that ``now`` does not have, because its trace was not detailed, are not compared.
     """
     return [*_exact_differences(recorded["exact"], now["exact"]), *_timing_differences(recorded, now)]
 
@@ -362,7 +362,7 @@ def _words_difference(what: str, recorded: dict[str, str], now: dict[str, str]) 
 
 
 def _sequence_difference(name: str, recorded: Record, now: Record) -> Iterator[str]:
-    """The first entry that differs, or the group of entries that it is in."""
+    """Return the first entry that differs, or its group of entries."""
     for number, (one, other) in enumerate(zip(recorded["first"], now["first"], strict=False)):
         if one != other:
             yield f"{name}, entry {number}: recorded {one!r}, now {other!r}"
@@ -384,13 +384,13 @@ def _divided(digests: str) -> list[str]:
 
 
 def load(case: Case) -> Record:
-    """The record of a case."""
+    """Load the record of a case."""
     recorded: Record = json.loads(case.file.read_text(encoding="utf-8"))
     return recorded
 
 
 def save(case: Case, recorded: Record) -> None:
-    """Keep a record."""
+    """Save the record of a case."""
     FOLDER.mkdir(exist_ok=True)
     parts = {part: json.dumps(recorded[part], separators=(",", ":")) for part in ("exact", "timing")}
     lines = [f' "{part}": {content}' for part, content in parts.items()]
@@ -401,7 +401,7 @@ def save(case: Case, recorded: Record) -> None:
 
 
 def main(arguments: Iterable[str] | None = None) -> int:
-    """Record or compare; see the module's text."""
+    """Record or compare; see the module's docstring."""
     from tests.support.arm.recorded_cases import CASES
 
     parser = argparse.ArgumentParser(prog="python -m tests.support.arm.recording")

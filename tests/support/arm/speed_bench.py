@@ -1,4 +1,4 @@
-"""A board whose chip runs a program, with waiting skipped or executed."""
+"""A board whose chip runs a program, with skipped or executed waiting."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from fcu_emulator.emulator.trace import BusTransfer
 
 @dataclass(frozen=True)
 class Result:
-    """All that a run leaves behind; ``transfers``: (start, end, address, bytes written, bytes read)."""
+    """All results of a run; ``transfers``: (start, end, address, bytes written, bytes read)."""
 
     terminal: bytes
     transfers: list[tuple[int, int, int, bytes, bytes]]
@@ -26,7 +26,7 @@ class Result:
 
 
 class Chip:
-    """The chip of a board in front of the first instruction of the firmware in ``file``."""
+    """The chip of a board before the first instruction of the firmware in ``file``."""
 
     def __init__(self, file: Path, wiring: str = "lab3", *, skip: bool = True) -> None:
         self.board = board = Board(wiring=wiring)
@@ -39,7 +39,7 @@ class Chip:
         self.firmware.run_until_ps(at_ps)
 
     def result(self) -> Result:
-        """What the run has done so far."""
+        """Return the results of the run so far."""
         events = list(self.board.trace)
         transfers = [event for event in events if isinstance(event, BusTransfer)]
         return Result(

@@ -1,6 +1,6 @@
-"""Programs for the whole chip, in assembly: I2C2 driven by interrupts and by DMA, loops that never idle.
+"""Programs for the whole chip in assembly: I2C2 with interrupts and with DMA, and loops that never idle.
 
-They run from HSI, 16 MHz, on the sensors of wiring ``lab3``.
+They run from HSI, 16 MHz, with the sensors on wiring ``lab3``.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _VECTORS = 102
 
 
 def program(source: str) -> bytes:
-    """What is to be flashed at 0x0800 0000. Execution begins at ``reset``; ``irqN`` handles interrupt N."""
+    """Return contents of flash at 0x0800 0000. Execution begins at ``reset``; ``irqN`` handles interrupt N."""
     code, labels = assemble(source, CODE, SYMBOLS)
     table = [STACK, labels["reset"] | 1] + [labels["reset"] | 1] * (_VECTORS - 2)
     for name, address in labels.items():
@@ -35,7 +35,7 @@ def program(source: str) -> bytes:
 
 
 def put(address: str, value: int) -> str:
-    """Write a word to a register."""
+    """Return the instructions that write a word to a register."""
     return f"mov32 r0, {address}\n mov32 r1, {value}\n str r1, [r0]\n"
 
 
@@ -124,7 +124,7 @@ received: movw r2, #0x201    ; STOP
        str r2, [r3, #4]
        bx lr
 """
-"""The temperature over and over: RAM+8 the latest, RAM+12 the sum of all."""
+"""Reads the temperature repeatedly: RAM+8 has the latest value, RAM+12 the sum of all."""
 
 I2C_BY_DMA = f"""
 reset: {_I2C2} {put("ISER", 1 << 13)} {_COUNT_AND_ADD} {_REGISTER_NUMBER_SENT}
@@ -182,7 +182,7 @@ loop:  ldr r1, [r0, #16]
 low:   adds r4, #1           ; so no two laps are the same
        b loop
 """
-"""Counts laps in R4 and those with PA0 high in R5."""
+"""Counts passes in R4, and those with PA0 high in R5."""
 
 SHOWS_A_PIN = f"""
 reset: {put("RCC_AHB1ENR", 3)} {put("GPIOB", 1 << 10)}
@@ -197,7 +197,7 @@ loop:  ldr r1, [r0, #16]
        strne r6, [r2, #24]
        b loop
 """
-"""PB5 follows PA0; BSRR is written in every lap."""
+"""PB5 follows PA0, and every pass writes to BSRR."""
 
 ARITHMETIC = """
 reset: movs r0, #1
@@ -212,7 +212,7 @@ loop:  adds r0, r0, r1
        adds r4, #1
        b loop
 """
-"""Counts laps of eight instructions in R4."""
+"""Counts passes of eight instructions in R4."""
 
 COUNTS_IN_RAM = f"""
 reset: {put("RCC_AHB1ENR", 1)}

@@ -1,9 +1,9 @@
-"""Programs as students write them: changes of one correct LAB3, built with make as ``fcu new`` sets it up.
+"""Programs of students: changes of one correct LAB3, built with make in the way that ``fcu new`` sets up.
 
-The objects of the unchanged program are built once for each optimisation and bus and copied, so that a
-program costs the compilation of what it changes.
+The objects of the unchanged program are built once for each optimisation and bus and copied, so that a program only
+costs the compilation of its changes.
 
-``python -m tests.support.arm.student_programs`` writes the words on docs/mistakes.md anew.
+``python -m tests.support.arm.student_programs`` writes the texts in docs/mistakes.md again.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ COMPILER = "arm-none-eabi-gcc"
 
 @dataclass(frozen=True)
 class Change:
-    """``old`` stands in ``file`` exactly ``times`` times."""
+    """A change of ``old``, which must occur in ``file`` exactly ``times`` times."""
 
     file: str
     old: str
@@ -44,7 +44,7 @@ class Change:
 
 @dataclass(frozen=True)
 class Program:
-    """A student's program: what is changed, and how it is run."""
+    """A student's program: its changes, and its run."""
 
     name: str
     title: str
@@ -55,16 +55,16 @@ class Program:
     seconds: float = 2.2
     silent: str = ""
     add: tuple[str, ...] = ()
-    """Files of tests/arm/mistakes that are put beside main.c, or in its place."""
+    """Files of tests/arm/mistakes that are added beside main.c, or replace it."""
     make: dict[str, str] = field(default_factory=dict)
     loses: tuple[str, ...] = ()
-    """The checks of the lab's rubric that it does not pass; see tests/support/arm/graded_programs.py."""
+    """The checks of the lab's rubric that it fails; see tests/support/arm/graded_programs.py."""
     leads: tuple[str, ...] = ()
-    """What ``fcu run`` and ``fcu check`` must both say about it."""
+    """Words that both ``fcu run`` and ``fcu check`` must show for it."""
 
 
 def programs(file: str) -> dict[str, Program]:
-    """Those of one table."""
+    """Return the programs of one table."""
     with (FOLDER / file).open("rb") as table:
         return {name: _program(name, entry) for name, entry in tomllib.load(table).items()}
 
@@ -76,12 +76,12 @@ def _program(name: str, entry: dict[str, Any]) -> Program:
 
 
 def is_buildable() -> bool:
-    """Whether this machine has the compiler and make."""
+    """Return whether this machine has the compiler and make."""
     return all(map(shutil.which, (COMPILER, "make")))
 
 
 def build(program: Program, optimisation: str, into: Path) -> Path:
-    """The program's ELF file, in a new folder of ``into``; a change that does not fit is an error."""
+    """Build the program in a new folder of ``into``; return the ELF file. A change that does not match is an error."""
     project = Path(mkdtemp(prefix=f"{program.name}-{optimisation}-", dir=into))
     shutil.copytree(base(optimisation, program.bus, into), project, dirs_exist_ok=True)
     for name in program.add:
@@ -97,7 +97,7 @@ def build(program: Program, optimisation: str, into: Path) -> Path:
 
 @cache
 def base(optimisation: str, bus: str, into: Path) -> Path:
-    """The unchanged student's program, built."""
+    """Build the student's program without changes."""
     project = Path(mkdtemp(prefix=f"student-{optimisation}-{bus}-", dir=into))
     shutil.copytree(arm.sources() / "support", project / "support")
     shutil.copy2(arm.sources() / "scaffold" / "Makefile", project)
@@ -107,7 +107,7 @@ def base(optimisation: str, bus: str, into: Path) -> Path:
 
 
 def make(project: Path, optimisation: str, bus: str, settings: dict[str, str]) -> Path:
-    """Its ELF file."""
+    """Run make, and return the ELF file."""
     given = [f"{name}={value}" for name, value in settings.items()]
     command = ["make", "-s", f"OPT=-{optimisation}", f"BUS={bus}", *given]
     done = subprocess.run(command, cwd=project, capture_output=True, text=True, check=False)
@@ -126,13 +126,16 @@ def explanations(
 
 
 def _short(diagnosis: Diagnosis) -> str:
-    """Up to the first list."""
+    """Return the lines before the first list."""
     sentences = itertools.takewhile(lambda line: not line.endswith(":"), diagnosis.details)
     return "\n".join((diagnosis.summary, *(f"  {line}" for line in sentences)))
 
 
 def without_numbers(text: str) -> str:
-    """Moments, addresses and counts depend on compiler and optimisation; places in the source do not."""
+    """Return a text without times, addresses and counts, which depend on compiler and optimisation.
+
+    Places in the source stay, because they do not depend on them.
+    """
     return re.sub(r"(?<![\w.:])-?(?:0x[0-9A-F]+|\d+(?:\.\d+)?)", "#", text)
 
 
@@ -141,12 +144,12 @@ EXAMPLE = re.compile(r"^<!-- (\w+) -->\n```text\n(.*?)\n```$", re.DOTALL | re.MU
 
 
 def examples() -> dict[str, str]:
-    """The words on the page of mistakes, by the name of the mistake; ``_O0`` where both differ."""
+    """Return the texts of the page about mistakes, by the name of the mistake; ``_O0`` if both builds differ."""
     return dict(EXAMPLE.findall(PAGE.read_text(encoding="utf-8")))
 
 
 def _rewrite_page(names: Sequence[str]) -> None:
-    """Write the page's blocks anew: for reading them through before they are kept."""
+    """Write the blocks of the page again. They must be read before they are kept."""
     text = PAGE.read_text(encoding="utf-8")
     into = Path(mkdtemp())
     every = programs("mistakes.toml")

@@ -1,4 +1,4 @@
-"""Small programs with symbols, and parts of them exchanged."""
+"""Small programs with symbols, and with exchanged parts."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def named(*entries: tuple[str, int, int, int]) -> Symbols:
 
 
 def replaced(name: str, data: bytes, flags: int = 0, new_name: str = "") -> Symbols:
-    """The small program with another section in the place of one."""
+    """Return the small program with one section replaced by another."""
     return loaded(
         *(
             section._replace(data=data, flags=flags, name=new_name or name)

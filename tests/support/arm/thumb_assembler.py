@@ -1,10 +1,10 @@
-"""A small Thumb-2 assembler: the few dozen instructions that tests of the core are written in.
+"""A small Thumb-2 assembler with the few dozen instructions that tests of the core use.
 
-UAL syntax, one instruction or ``label:`` a line, ``;`` begins a comment. Loads, stores and conditional
-branches out of reach have one encoding each, so an instruction's length never depends on its operands.
-Inside an IT block the suffix (``addseq``) is optional and not compared with the block's condition.
-``mov32 rd, value`` stands for MOVW and MOVT. Encodings: ARMv7-M ARM A7.7; checked against the GNU
-assembler's in test_thumb_assembler.py.
+It has UAL syntax with one instruction or ``label:`` a line; ``;`` begins a comment. Loads, stores and conditional
+branches out of reach have one encoding each, so the length of an instruction never depends on its operands. Inside an
+IT block the suffix (``addseq``) is optional and not compared with the condition of the block. ``mov32 rd, value``
+means MOVW and MOVT. Encodings are those of ARMv7-M ARM A7.7, and test_thumb_assembler.py compares them with the GNU
+assembler.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from tests.support.arm.thumb_encodings import CONDITIONS, Labels, Place, encode
 
 
 def assemble(source: str, origin: int, labels: Labels | None = None) -> tuple[bytes, Labels]:
-    """The code to be placed at ``origin``, and the address of every label (without the Thumb bit).
+    """Return the code for the address ``origin``, and the address of every label (without the Thumb bit).
 
-    ``labels`` are names known beforehand. In ``mov32`` and ``.word`` a label may have ``+number`` behind it.
+    ``labels`` are names that are known beforehand. In ``mov32`` and ``.word`` a label may be followed by ``+number``.
     """
     known = dict(labels or {})
     statements: list[tuple[int, str]] = []
@@ -36,7 +36,7 @@ def assemble(source: str, origin: int, labels: Labels | None = None) -> tuple[by
 
 
 def _encode(text: str, address: int, labels: Labels | None) -> tuple[int, ...]:
-    """The half-words of one instruction; without ``labels`` their number only counts."""
+    """Return the half-words of one instruction; without ``labels`` only their number is valid."""
     name, _, rest = text.partition(" ")
     operands = _operands(rest)
     place = Place(address, labels)
@@ -48,5 +48,5 @@ def _encode(text: str, address: int, labels: Labels | None) -> tuple[int, ...]:
 
 
 def _operands(text: str) -> list[str]:
-    """Divided at commas that are not inside of brackets or braces."""
+    """Return the operands, which commas outside of brackets and braces separate."""
     return [part.strip() for part in re.split(r",(?![^\[{]*[\]}])", text) if part.strip()]

@@ -53,14 +53,14 @@ Labels = dict[str, int]
 
 
 class Place:
-    """Where an instruction is, and what labels mean there."""
+    """The address of an instruction, and the addresses of labels."""
 
     def __init__(self, address: int, labels: Labels | None) -> None:
         self.address = address
         self._labels = labels
 
     def value(self, text: str) -> int:
-        """A number, or a label with an optional ``+number``."""
+        """Return the value of a number, or of a label with an optional ``+number``."""
         if re.match(r"[\d-]", text):
             return int(text, 0)
         name, _, plus = text.partition("+")
@@ -68,7 +68,7 @@ class Place:
         return base + (int(plus, 0) if plus else 0)
 
     def distance(self, text: str, bits: int) -> int:
-        """From PC to a label in half-words, as a field of so many bits."""
+        """Return the distance from PC to a label in half-words, as a field of this many bits."""
         distance = (self.value(text) - self.address - 4) // 2
         assert -(1 << bits - 1) <= distance < 1 << bits - 1, f"{text} is out of reach"
         return distance & (1 << bits) - 1
@@ -91,7 +91,7 @@ def _number(text: str) -> int:
 
 
 def _list(text: str, prefix: str) -> list[int]:
-    """The numbers in ``{r0-r3, lr}``."""
+    """Return the numbers in ``{r0-r3, lr}``."""
     numbers: list[int] = []
     for part in text.strip("{}").split(","):
         first, _, last = part.strip().partition("-")
@@ -123,7 +123,7 @@ def _simple(name: str, operands: list[str], place: Place) -> tuple[int, ...] | N
 
 
 def _it(further: str, condition: int) -> int:
-    """IT: the mask has one bit for each further instruction, and a 1 behind them (A7.3.2)."""
+    """Encode IT: the mask has one bit for each further instruction, followed by a 1 (A7.3.2)."""
     bits = [(condition & 1) ^ (letter == "e") for letter in further] + [1]
     mask = sum(bit << 3 - index for index, bit in enumerate(bits))
     return 0xBF00 | condition << 4 | mask
@@ -179,7 +179,7 @@ def _narrow_data(name: str, operands: list[str], place: Place) -> tuple[int, ...
 
 
 def _address(text: str) -> tuple[int, int]:
-    """Base register and offset in ``[r0, #4]``."""
+    """Return base register and offset of ``[r0, #4]``."""
     base, _, offset = text.strip("[]").partition(",")
     return _register(base.strip()), _number(offset.strip()) if offset else 0
 

@@ -1,10 +1,10 @@
-"""A timer that counts one clock tick after the other: slow, obvious, and written from RM0368 12.3 alone."""
+"""A slow, simple timer that counts one clock tick after the other, written only from RM0368 12.3."""
 
 from __future__ import annotations
 
 
 class SlowTimer:
-    """Registers as plain numbers; ``tick()`` is one cycle of the timer's clock. One compare channel."""
+    """A timer with its registers as plain numbers. ``tick()`` is one cycle of its clock. It has one compare channel."""
 
     def __init__(self, direction: str, top: int = 0xFFFF) -> None:
         self.direction = direction

@@ -1,16 +1,18 @@
-"""Unicorn, QEMU's translator as a library, as a witness of what single instructions do.
+"""Unicorn, the library form of QEMU's translator, as a reference for single instructions.
 
-It has the chip's flash (at 0, too), RAM and system memory, and nothing else; registers have the names of
-:mod:`fcu_emulator.emulator.chip.cpu.core_registers`. What is known of Unicorn 2.1 and relied upon:
+It has only the chip's flash (also at 0), RAM and system memory. Registers have the names of
+:mod:`fcu_emulator.emulator.chip.cpu.core_registers`. The tests rely on these properties of Unicorn 2.1.
 
-* An exception number reported to the interrupt hook, and an error, leave PC, xPSR with ITSTATE, and all
-  registers as they were before the instruction (after it for SVC).
-* The hook on instructions is called before each one that is executed. ``uc_emu_stop`` there ends the run
-  before it, but is lost inside an IT block, so a block is executed as a whole. For one whose condition fails
-  it is not called: those are counted from where the next one is.
-* Unaligned LDM, STM, LDRD and STRD are executed, which the architecture faults (ARMv7-M ARM A3.2.1).
+An exception number reported to the interrupt hook, and an error, leave PC, xPSR with ITSTATE, and all registers as
+before the instruction (as after it for SVC).
 
-Registers are read and written by the C functions, for the package's methods cost ten times as much a call.
+The instruction hook is called before each executed instruction. ``uc_emu_stop`` in the hook ends the run before the
+instruction, but has no effect inside an IT block, so a block is executed as a whole. The hook is not called if the
+condition of an instruction fails; such instructions are counted from the address of the next one.
+
+Unaligned LDM, STM, LDRD and STRD are executed, although the architecture requires a fault (ARMv7-M ARM A3.2.1).
+
+Registers are read and written by C functions, because the package's methods take ten times as long per call.
 """
 
 from __future__ import annotations
@@ -59,7 +61,7 @@ _INTERRUPTS: Final = {
     17: Stop.NO_COPROCESSOR,
     18: Stop.INVALID_STATE,
 }
-"""QEMU's exception numbers (target/arm/cpu.h); only LDREX at an unaligned address meets 4, the data abort."""
+"""QEMU's exception numbers (target/arm/cpu.h). Only LDREX at an unaligned address causes 4, the data abort."""
 _READS = uc.UC_ERR_READ_UNMAPPED, uc.UC_ERR_READ_PROT
 _WRITES = uc.UC_ERR_WRITE_UNMAPPED, uc.UC_ERR_WRITE_PROT
 _FETCHES = uc.UC_ERR_FETCH_UNMAPPED, uc.UC_ERR_FETCH_PROT
@@ -86,7 +88,7 @@ class UnicornCore:
         self._stop = Stop.SLICE
 
     def _map(self, size: int, rights: int, *addresses: int) -> memoryview[int]:
-        """Memory of our own, so that whoever compares need not copy it; Unicorn wants it to begin a page."""
+        """Map memory of this process, so that a comparison need not copy it. Unicorn requires the start of a page."""
         buffer = ctypes.create_string_buffer(size + _PAGE)
         skipped = -ctypes.addressof(buffer) % _PAGE
         for address in addresses:
@@ -96,7 +98,7 @@ class UnicornCore:
     # -- state ------------------------------------------------------------------------------------------
 
     def memory(self, address: int, size: int) -> memoryview[int] | None:
-        """``size`` bytes of RAM, flash (at 0 too) or system memory; None elsewhere."""
+        """Return ``size`` bytes of RAM, flash (also at 0) or system memory; None for other addresses."""
         for base, content in self._memories:
             offset = address - base
             if 0 <= offset <= len(content) - size:
@@ -104,11 +106,11 @@ class UnicornCore:
         return None
 
     def invalidate_code(self) -> None:
-        """Flash or RAM were changed from outside: translate again what is executed there."""
+        """Translate code again, because flash or RAM were changed from outside."""
         self._uc.ctl_flush_tb()
 
     def register_calls(self, names: tuple[str, ...]) -> RegisterCalls:
-        """For :class:`CoreRegisters`."""
+        """Return the calls for :class:`CoreRegisters`."""
         count = len(names)
         numbers = (ctypes.c_int * count)(*(_NUMBERS[name] for name in names))
         values = (ctypes.c_uint32 * count)()
@@ -118,13 +120,16 @@ class UnicornCore:
         return words, partial(uclib.uc_reg_read_batch, *call), partial(uclib.uc_reg_write_batch, *call)
 
     def register(self, number: int) -> int:
-        """R0 to R15."""
+        """Return a register of R0 to R15."""
         return self._core.read()[number]
 
     # -- running ----------------------------------------------------------------------------------------
 
     def run(self, instructions: int) -> Stop:
-        """Execute up to so many from ``pc`` on: why it ended. ``executed`` includes one that met a fault."""
+        """Execute at most this number from ``pc``; return the reason of the end.
+
+        ``executed`` counts a faulting one, too.
+        """
         self._stop, self.executed, self._limit = Stop.SLICE, 0, instructions
         self._next, self._conditional = self.pc, 0
         ended = self._start()

@@ -1,4 +1,4 @@
-"""The programs of tests/arm/vendor, and what they print on an ideal board that lies still."""
+"""The programs of tests/arm/vendor, and their output on an ideal board at rest."""
 
 from __future__ import annotations
 
@@ -13,31 +13,31 @@ BLOCK = (
     "MAG[x,y,z] 214 mg 0 mg -430 mg \n\r"
     "Pre: 965.179993 hPa \n\r"
 )
-"""Of LAB3, but for its first block, which may come before the first sample."""
+"""A block of LAB3. The first block may differ, because it may come before the first sample."""
 STATE = "roll 0.00 pitch 0.00 press 965.18 mag 214\nmotors 800 800 800 800\n"
-"""Of the flight controller."""
+"""Output of the flight controller."""
 LAPS = 32
-"""How many laps of the program with all blocks a line stands for."""
+"""Passes of the program with all peripherals for one line."""
 
 
 def file(name: str) -> Path:
-    """The program's ELF file."""
+    """Return the ELF file of the program."""
     return VENDOR / f"{name}.elf"
 
 
 def numbers(name: str, text: str) -> list[int]:
-    """The numbers behind a name, each time it was printed."""
+    """Return the numbers after a name, from each time it was printed."""
     return [int(number) for number in re.findall(rf"{name}:? (\d+)", text)]
 
 
 def laps_line(laps: int) -> str:
-    """What the program with all blocks prints after so many laps: the CRC of what was copied in the last."""
+    """Return the line after this many passes: the CRC of the data that were copied in the last pass."""
     words = range((laps - 1) * LAPS, laps * LAPS)
     return f"laps {laps:04} crc {_crc(words):08X}\n"
 
 
 def _crc(words: Iterable[int]) -> int:
-    """RM0368 section 4.2: polynomial 0x04C11DB7, each word from its highest bit on."""
+    """Return the CRC of RM0368 section 4.2: polynomial 0x04C11DB7, each word from its highest bit."""
     remainder = 0xFFFF_FFFF
     for word in words:
         remainder ^= word
