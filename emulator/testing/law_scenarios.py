@@ -1,7 +1,7 @@
 """Counter-examples of the lab's laws as scenarios: the actions that make a board show them.
 
-Decision: the scenario of a counter-example is shown only after it has been run on the student's firmware and on
-the lab's, because the finite resolution of the sensors may hide an error.
+Decision: the scenario of a counter-example is shown only after a test run on the student's firmware and on the
+lab's. The finite resolution of the sensors may hide an error.
 """
 
 from __future__ import annotations
