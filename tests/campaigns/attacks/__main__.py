@@ -7,7 +7,7 @@
     --seed NUMBER     seed of the tries; default: 1
 
 Each attack has a separate process, so that its memory can be measured. The exit code is 1 after a forbidden result:
-an exception that is not an FcuError, a message that is not a line, or an exit code that is not a verdict.
+an exception that is not an error of this package, a message that is not a line, or an exit code that is not a verdict.
 """
 
 from __future__ import annotations
