@@ -25,7 +25,7 @@ class CustomBuildHook(BuildHookInterface[Any]):
     """Build hook that uses building/library.py, and building/targets.py for other systems."""
 
     def dependencies(self) -> list[str]:
-        """Return zig as a build dependency if no C compiler works."""
+        """Return zig as a build dependency for other systems, or if no C compiler works."""
         if self.target_name == "sdist":
             return []
         return [library.ZIG] if _target() or self._tried(library.own_compiler) is None else []

@@ -72,7 +72,7 @@ class RegisterWrite(TraceEvent):
 
 @dataclass(frozen=True, slots=True)
 class DeviceNote(TraceEvent):
-    """An access that a sensor or peripheral refuses, forbids or does not model; ``what`` is this reason.
+    """An access that a sensor or peripheral refuses, forbids or does not model; ``what`` says which.
 
     ``problem`` is an identifier such as "scl-too-fast", which does not depend on the wording of ``text``. ``data``
     holds the values in the text by name.
@@ -227,8 +227,8 @@ Subscriber: TypeAlias = Callable[[TraceEvent], None]
 class Trace:
     """The events of a run: iterate over the trace, or call :meth:`of` for one type.
 
-    ``detailed``: whether frequent events are requested. ``observed``: whether any events are requested by a file or
-    subscriber.
+    ``detailed``: whether frequent events are requested. ``observed``: whether any events are requested, also by a
+    subscriber of rare events.
     """
 
     def __init__(self) -> None:

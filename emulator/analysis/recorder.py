@@ -3,8 +3,8 @@
 The truth is a range, because a printed value is older than its line.
 
 Decision: the recorder samples the callback every 4.87 ms of virtual time and the LEDs every 48.7 ms. It reads the
-terminal and computes the truth for about 100 samples at once, because a call for each sample would take as long as
-the firmware. A line has the time of the sample that follows its first byte.
+terminal and computes the truth for about 100 samples at once. A call for each sample would take as long as the
+firmware. A line has the time of the sample that follows its first byte.
 """
 
 from __future__ import annotations

@@ -80,7 +80,7 @@ class Terminal:
         """Run the board until ``pattern`` (a regular expression) is printed, and return the match.
 
         The search starts at the byte position ``since`` (0: power-on). By default it starts at the end of the
-        output so far, or at the end of the previous match if no time has passed since that match. Raises
+        output so far. If no time has passed since the previous match, it starts at the end of that match. Raises
         ExpectationError, with the last lines and the diagnosis, after ``timeout_s`` of virtual time.
         """
         try:

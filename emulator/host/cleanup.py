@@ -1,8 +1,8 @@
 """Cleanup that must be done before the process ends, such as the removal of files that other programs read.
 
-Decision: cleanup that must not be lost is also registered here. A signal may raise an exception between the creation
-of a file and its ``try``, and a second signal may interrupt a ``finally`` or an ExitStack. :func:`clean_up` does the
-remaining actions, and the entry point repeats it until it is complete.
+Decision: cleanup that must not be lost is also registered with :func:`before_exit`. A signal may raise an exception
+between the creation of a file and its ``try``, and a second signal may interrupt a ``finally`` or an ExitStack.
+:func:`clean_up` does the remaining actions, and the entry point repeats it until it is complete.
 """
 
 from __future__ import annotations

@@ -9,9 +9,7 @@ from fcu_emulator.emulator.live import messages
 
 MOST_STATES = 3000
 MOST_PRINTS = 1000
-_EVERY_S = (
-    0.0999  # seconds of virtual or of wall time; less than 0.1, because the times of frames are not exact
-)
+_EVERY_S = 0.0999  # seconds of virtual or wall time; less than 0.1, because the times of frames are not exact
 _NOT_PLOTTED = frozenset({"rotation", "magnet_m"})
 
 

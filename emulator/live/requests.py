@@ -1,7 +1,7 @@
 """Answers to HTTP requests: the page's files for every browser, and a socket for clients with the token.
 
-Decision: the token is a subprotocol and never a cookie, because browsers send the cookies of a host to all its
-ports, including the server of another user.
+Decision: the token is a subprotocol and never a cookie. Browsers send the cookies of a host to all its ports, and
+thus to the server of another user.
 """
 
 from __future__ import annotations

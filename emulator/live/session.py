@@ -2,9 +2,8 @@
 
 One thread runs the session and owns the board. It calls ``publish``, which must not block.
 
-Decision: a command that changes the board becomes an event of the virtual clock, one picosecond after the time
-at which the board stopped, and is recorded with that time. A replay of the recording thus does not depend on the
-slices of the run.
+Decision: a command that changes the board becomes an event of the virtual clock, one picosecond after the stop of
+the board. It is recorded with the time of this event, so that a replay does not depend on the slices of the run.
 """
 
 from __future__ import annotations

@@ -159,7 +159,7 @@ def _leaves(name: str, value: Any, depth: int = 3) -> Iterator[tuple[str, float]
 
 
 class Load:
-    """Load of callback and serial line in the latest two seconds of virtual time."""
+    """Load of callback and serial line in the latest two seconds of virtual time, and the speeds of line and bus."""
 
     def __init__(self, board: Board, recorder: TruthRecorder) -> None:
         self._board = board

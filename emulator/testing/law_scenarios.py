@@ -1,7 +1,7 @@
 """Counter-examples of the lab's laws as scenarios: the actions that make a board show them.
 
-Decision: the scenario of a counter-example is shown only after it has been run on the student's firmware and on
-the lab's, because the finite resolution of the sensors may hide an error.
+Decision: the scenario of a counter-example is shown only after a test run on the student's firmware and on the
+lab's. The finite resolution of the sensors may hide an error.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ LEAST_DEG = {"Pitch": 0.2, "Roll": 0.2, "Yaw": 1.0}
 """Smallest errors in degrees that ideal sensors resolve, because raw values are integers."""
 _MOST_DEG = 2.0
 LEAST_MGAUSS = 5.0
-_LEAST_AT_ZERO_M = 0.01  # tolerance of the height at the floor, where both readings are equal
+_LEAST_AT_ZERO_M = 0.01  # smallest error at the floor, where both readings are equal
 _LEAST_HPA = 0.02  # pressures are truncated to 0.01 hPa, twice
 _LEAST_OF_HEIGHT = 5e-4  # temperatures are truncated to 0.1 K
 _MOST_GRAVITY = 3.5  # full scale is 4 g

@@ -1,7 +1,7 @@
 """The solution in C and the Python model agree on all shipped scenarios.
 
 There are two tests. Arithmetic and text: on the samples that the C firmware has read, the Python firmware prints the
-same bytes and switches the same LEDs, in every scenario, with noise and motion. Sampling: if each firmware runs
+same bytes and switches the same LEDs. This includes noise and motion. Sampling: if each firmware runs
 separately, both write the same registers and print the same lines. Each number is a value of the other firmware's
 variable at about the same time, within the resolution. A stronger statement is not possible, because both read the
 sensors at times up to a tick apart, with different noise and a moving board.

@@ -4,11 +4,11 @@
 
     --quick          without the hour of virtual time
     --only PATTERN   rows whose name matches this regular expression
-    --json FILE      the figures as JSON, too
-    --append         the figures to the history, too: python -m tests.bench.history shows it
+    --json FILE      also write the figures as JSON
+    --append         also add the figures to the history, which python -m tests.bench.history shows
 
-Each row first asserts what it computed (text, tick count), then gives the best of some measurements in CPU
-time. Ratios against real time are those of this machine; compare two builds only in one sitting.
+Each row first asserts its results (text, tick count), then shows the best of several measurements in CPU
+time. Ratios to real time depend on the machine. Compare two builds on the same machine and at the same time.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What the speed table said before: ``python -m tests.bench.history``.
+"""History of the speed table: ``python -m tests.bench.history``.
 
 ::
 
@@ -6,8 +6,8 @@
     --svg FILE       a curve for each row, by matplotlib (pip install matplotlib)
 
 ``python -m tests.bench --append`` adds a line to ``history.jsonl`` beside this file: date, build, machine,
-load and figures. Figures of two machines, or of a busy one, do not compare, so each machine has its own line
-of dots, and a table that was measured beside other work (a load above the number of cores) is left out.
+load and figures. Figures of different machines cannot be compared, so each machine has its own line of dots.
+A table of a busy machine (a load above the number of cores) is omitted.
 """
 
 from __future__ import annotations

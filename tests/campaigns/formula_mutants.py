@@ -1,7 +1,8 @@
 """Explanations of random wrong formulas: ``python -m tests.campaigns.formula_mutants --count 200 --seed 1``.
 
 Each program is student/main.c with one token of a formula changed. The table shows, by operator, how many explanations
-name a line within two of the change, and how many give a formula. Programs that print the same numbers are left out.
+name a line within two lines of the change, and how many give a formula. Programs that print the same numbers are
+omitted.
 """
 
 from __future__ import annotations

@@ -1,13 +1,13 @@
-"""How much slower than real time the programs of :mod:`tests.support.arm.heavy_programs` are.
+"""Speed of the programs of :mod:`tests.support.arm.heavy_programs`, relative to real time.
 
 ::
 
     python -m tests.campaigns.heavy_bench            # all
-    python -m tests.campaigns.heavy_bench RCC        # those whose name matches
+    python -m tests.campaigns.heavy_bench RCC        # programs whose name matches
 
-Each row: CPU seconds for a virtual second; instructions executed (not skipped), accesses and work, in
-millions for a virtual second; and nanoseconds for a unit of work, on which the limit on work relies: a unit
-that takes much longer than in the other rows has a weight that is too small (work.h).
+Each row has CPU seconds for a virtual second; executed (not skipped) instructions, accesses and work, in millions
+for a virtual second; and nanoseconds for a unit of work. The limit on work relies on this last figure. If it is
+much higher than in other rows, the weight of the work is too small (work.h).
 """
 
 from __future__ import annotations

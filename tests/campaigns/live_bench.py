@@ -1,8 +1,11 @@
 """Cost of the live board: ``python -m tests.campaigns.live_bench [SECONDS]``.
 
-It measures the CPU time of the server at real time with one page that receives 50 states a second, the delay from a
-command to the truth on the wire (1,000 commands), the time from the start to the first state, and the size of the
-page for a browser.
+It measures:
+
+- the CPU time of the server at real time, with one page that receives 50 states a second;
+- the delay from a command to the truth on the wire (1,000 commands);
+- the time from the start to the first state;
+- the size of the page for a browser.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """A long session at real time with Chromium attached: ``python -m tests.campaigns.live_soak --minutes 60``.
 
-Every minute it prints the resident memory of the server and the heap of the page after a collection, while
-the board is turned now and then and the panes are opened one after the other. The page keeps ten minutes of
-states and 20,000 lines of the terminal, so its heap grows until these are full; the exit code is 1 if the
-server has grown by more than 20 MB, or the page by more than 40 MB, since the fifth minute.
+Every minute it prints the resident memory of the server and the heap of the page after a garbage collection.
+Meanwhile the board is turned sometimes, and the panes are opened one after the other. The page keeps ten minutes of
+states and 20,000 lines of the terminal, so its heap grows until these are full. The exit code is 1 if, since the
+fifth minute, the server has grown by more than 20 MB, or the page by more than 40 MB.
 """
 
 from __future__ import annotations

@@ -1,14 +1,14 @@
-"""Two virtual hours of a firmware, and what they take: ``python -m tests.campaigns.soak``.
+"""Two virtual hours of a firmware, and their cost: ``python -m tests.campaigns.soak``.
 
 ::
 
-    FIRMWARE ...     which ones; usual: lab3 solution
-    --hours NUMBER   of virtual time; usual: 2
+    FIRMWARE ...     names of firmwares; default: lab3 solution
+    --hours NUMBER   hours of virtual time; default: 2
 
-Every five minutes of virtual time one row: memory of the process (RSS), open descriptors, ticks of the timer
-since the row before, bytes printed since then, and speed as virtual time over processor time. Each firmware
-has a process of its own. A run is served as ``fcu run`` serves it, with a link that takes everything.
-Memory and descriptors are those of Linux, from /proc.
+It prints a row every five minutes of virtual time: memory of the process (RSS), open descriptors, ticks of the
+timer and printed bytes since the previous row, and virtual time over processor time. Each firmware has a separate
+process. A run is served as in ``fcu run``, with a link that takes all bytes. Memory and descriptors come from
+/proc of Linux.
 """
 
 from __future__ import annotations

@@ -53,7 +53,7 @@ def slopes(samples: list[Sample]) -> list[Sample]:
 
 
 def lasting(conditions: list[bool], periods: int) -> list[bool]:
-    """Return the samples at which a condition has been true for this number of periods."""
+    """Return for each sample whether a condition has been true for this number of periods."""
     return [n >= periods and all(conditions[n - periods : n + 1]) for n in range(len(conditions))]
 
 

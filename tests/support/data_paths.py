@@ -4,18 +4,18 @@
 
     --files    each file, with the first function in it that was called
 
-Four data paths are followed on a real board. A profiler records each of our functions that is called:
+Four data paths are followed on a board. A profiler records each called function of the project:
 
 - an attitude is set, and a byte of the accelerometer's output register is read over the bus;
 - firmware on the chip prints, and the terminal receives the byte;
 - firmware on the chip reads a sensor over I2C, which it does 800 times a second;
 - a scenario file is read, run and judged.
 
-The length of a data path is its number of Python files. Files of the C library are listed in ``C_FILES`` with
-the functions of a debugger's backtrace. A scenario uses the whole board, so its data path counts the files of
-the package ``scenario``, and the files of other packages that they call or are called by.
+The length of a data path is its number of Python files. ``C_FILES`` lists the files of the C library, with the
+functions of a debugger's backtrace. A scenario uses the whole board. So its data path counts only the files of the
+package ``scenario``, and the files of other packages that call them or that they call.
 
-A test keeps the numbers from growing. The file needs the packages only, so it can also measure another commit:
+A test fails if the numbers increase. This file only needs the packages, so it can also measure another commit:
 ``python THIS/tests/support/data_paths.py`` with that commit's interpreter.
 """
 

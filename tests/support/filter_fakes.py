@@ -14,7 +14,7 @@ HZ = (0, 12.5, 26, 52, 104, 208, 416, 833, 1666, 3332, 6664)
 
 
 def at_rate(channel: Channel, code: int) -> Channel:
-    """Set the channel to the output data rate of an ODR code."""
+    """Return the channel with the output data rate of an ODR code."""
     return replace(channel, rate_hz=Fraction(HZ[code]))
 
 

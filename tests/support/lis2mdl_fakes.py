@@ -14,7 +14,7 @@ PERIOD_PS = 10 * PS_PER_MS
 
 
 def played(*samples: tuple[float, float, float]) -> Chip:
-    """Return a signal whose first samples at 100 Hz are these counts; the last one stays."""
+    """Return a sensor whose first samples at 100 Hz are these counts; the last one stays."""
     chip = Chip("LIS2MDL")
     rows = 1.5 * np.array(samples)
 
@@ -27,12 +27,12 @@ def played(*samples: tuple[float, float, float]) -> Chip:
 
 
 def x_counts(*counts: float) -> Chip:
-    """Return the same signal on X alone."""
+    """Return a sensor whose first samples have these counts on X, and 0 on the other axes."""
     return played(*((count, 0.0, 0.0) for count in counts))
 
 
 def threshold(chip: Chip, counts: int, control: int) -> None:
-    """Set 100 Hz from now on, with the interrupt as in ``control``."""
+    """Set the threshold, the interrupt according to ``control``, and 100 Hz."""
     chip.write(INT_THS_L_REG, *counts.to_bytes(2, "little"))
     chip.write(INT_CRTL_REG, control)
     chip.write(CFG_REG_A, 0x8C)

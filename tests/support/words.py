@@ -1,11 +1,11 @@
 """The exact words of the product, one golden file per command in ``tests/golden/words``.
 
-A test asserts on kinds and data, and hands the text over: ``words("grade", done.stderr)``. Its words are then compared
+A test asserts on kinds and data, and passes the text on: ``words("grade", done.stderr)``. The text is then compared
 with the section of the test in ``tests/golden/words/grade.txt``. After a text was changed on purpose::
 
     pytest --update-words -n 0 TESTS
 
-writes the sections of these tests again, and the difference of the golden file is reviewed instead of the tests.
+writes the sections of these tests again. Then the difference of the golden file is reviewed instead of the tests.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A board's own iron: none on an ideal one, drawn from the seed on a typical one, or what a file gives."""
+"""The iron of a board: none on an ideal board, drawn from the seed on a typical board, or set by a file."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ HEAD = 'schema = 1\nquestion = "?"\nduration = "1s"\n'
 
 
 def iron(board: Board) -> tuple[np.ndarray, np.ndarray]:
-    """Hard iron (3,) and the soft iron's matrix (3, 3), from fields alone."""
+    """Return hard iron (3,) and the matrix of the soft iron (3, 3), computed from fields."""
     board.world.set_magnetic_field(0, 0, 0)
     hard = board.world.magnetic_field_mgauss([0.0])[0]
     columns = []
@@ -68,7 +68,7 @@ def test_hundred_boards_spread_within_limits() -> None:
 
 
 def test_soft_iron_only_bends_field() -> None:
-    """Iron weakens or strengthens; it does not turn a field round: no factor is far from 1 at the limits."""
+    """Iron weakens or strengthens the field but does not reverse it: all factors are near 1 even at the limits."""
     for seed in range(100):
         factors = np.linalg.eigvalsh(BoardErrors.of_quality("worst", seed).soft_iron())
         assert 0.75 < factors.min() < factors.max() < 1.25
@@ -92,7 +92,7 @@ OSCILLATORS = "[board]\nhsi_percent = 0.8\nhse_ppm = -50\n[limits]\nterminal_byt
 
 
 def test_oscillator_errors_apply_to_hsi_and_quartz(tmp_path: Path) -> None:
-    """After reset the chip runs from HSI; the shipped program starts the quartz and the PLL: 84 MHz."""
+    """After reset the chip runs from HSI. The shipped program starts the quartz and the PLL, 84 MHz."""
     board = scenario(tmp_path, f"firmware = 'solution'\n{OSCILLATORS}")
     assert board.chip is not None
     clocks = board.chip.chip.system.rcc

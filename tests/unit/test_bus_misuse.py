@@ -1,4 +1,4 @@
-"""What a caller in Python can get wrong: each mistake is one error that says what would be right."""
+"""Mistakes of a caller in Python: each raises an error that states the correct form."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def test_address_is_integer(part: str, address: Any) -> None:
 
 @parts
 def test_very_long_burst_is_read_completely(part: str) -> None:
-    """Bursts are remembered by address and length; neither may run over into the other."""
+    """Bursts are cached by address and length, and neither may overflow into the other."""
     chip = Chip(part)
     chip.read(0x01, 1)
     assert len(chip.read(0x00, (1 << 16) + 1)) == (1 << 16) + 1
@@ -91,7 +91,7 @@ def test_very_long_burst_is_read_completely(part: str) -> None:
 
 @pytest.mark.parametrize("data", [5, "\x0f", None, 1.5, [256], [-1], ["\x0f"], {15}])
 def test_bus_send_of_non_bytes_is_refused(data: Any) -> None:
-    """``bytes(5)`` would be five zeros, a write nobody meant."""
+    """``bytes(5)`` would be five zeros, an unintended write."""
     board = Board()
     for send in (
         lambda: board.i2c2.write(0x6B, data),

@@ -1,4 +1,4 @@
-"""Each option of the command line arrives where its command reads it, and nowhere else."""
+"""Each option of the command line reaches the place where its command reads it, and no other place."""
 
 from __future__ import annotations
 
@@ -183,9 +183,9 @@ LINES: list[tuple[str, str, Any]] = [
     ("fcu_emulator.emulator.cli.check.check_program", "check", CheckOptions()),
 ]
 ELSEWHERE = {"--isolate", "--help"}
-"""A worker runs the same command without it: tests/integration/test_isolation.py."""
+"""Tested in tests/integration/test_isolation.py: a worker runs the same command without the option."""
 _OF_A_PROCESS = {"web", "check"}
-"""Their limits are a process's, which go with ``--isolate``."""
+"""Commands whose limits are those of a process, which belong to ``--isolate``."""
 
 
 @pytest.mark.parametrize(

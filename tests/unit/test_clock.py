@@ -56,14 +56,14 @@ def test_nth_period_is_computed_from_n(period: Fraction, count: int) -> None:
 
 
 def test_800_hz_is_exact_after_hour() -> None:
-    """The lab's timer: 84 MHz / 84 / 1250."""
+    """The lab's timer has 84 MHz / 84 / 1250."""
     clock = Clock()
     ticks = Periodic(clock, 0, Fraction(PS_PER_S, 800), lambda: None)
     assert ticks.time_ps(800 * 3600) == 3600 * PS_PER_S
 
 
 def test_st_timer_period_does_not_drift() -> None:
-    """ST's firmware: 84 MHz / 52 / 2000 = 807.692 Hz, a period of 1238095.238... ns."""
+    """ST's firmware has 84 MHz / 52 / 2000 = 807.692 Hz, a period of 1238095.238... ns."""
     clock = Clock()
     ticks = Periodic(clock, 0, Fraction(PS_PER_S * 52 * 2000, 84_000_000), lambda: None)
     assert ticks.time_ps(807_692_308) == 807_692_308 * 104_000 * PS_PER_S // 84_000_000

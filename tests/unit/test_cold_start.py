@@ -1,4 +1,4 @@
-"""Power-on: parts that load their trimming values do not answer (AN5040 5.7: 15 ms; AN5069 3: 20 ms)."""
+"""Power-on: sensors that load their trimming values do not answer (AN5040 5.7: 15 ms; AN5069 3: 20 ms)."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_write_during_boot_is_lost(part: str) -> None:
 
 @slow_parts
 def test_on_spi_nothing_is_driven_and_nothing_taken(part: str) -> None:
-    """The decision of ``sensors.spi``: 0xFF, and commands are lost."""
+    """The decision of ``sensors.spi``: reads give 0xFF, and commands are lost."""
     register, identity = IDENTITY[part]
     board = Board(wiring="fcu001v1", cold_start=True)
     board.spi2.configure(mode=3, wires=3 if part == "LIS2MDL" else 4)
@@ -94,7 +94,7 @@ def test_on_spi_nothing_is_driven_and_nothing_taken(part: str) -> None:
 
 
 def test_barometer_answers_at_once_with_boot_status() -> None:
-    """LPS22HB datasheet 9.15, BOOT_STATUS; the 5 ms are an assumption."""
+    """LPS22HB datasheet 9.15, BOOT_STATUS. The 5 ms are an assumption."""
     board = Board(cold_start=True)
     assert board.i2c2.write_read(0x5D, b"\x0f", 1) == b"\xb1"
     assert board.i2c2.write_read(0x5D, b"\x25", 1) == b"\x80"
@@ -104,7 +104,7 @@ def test_barometer_answers_at_once_with_boot_status() -> None:
 
 @pytest.mark.parametrize("part", ADDRESS)
 def test_without_cold_start_every_part_answers_at_0(part: str) -> None:
-    """As after the reset button, which does not touch the sensors' supply."""
+    """It is the same after the reset button, which does not affect the sensors' supply."""
     register, identity = IDENTITY[part]
     board = Board()
     assert board.i2c2.write_read(ADDRESS[part], bytes([register]), 1) == bytes([identity])
@@ -127,7 +127,7 @@ def test_firmware_gets_hal_error_until_boot_ends() -> None:
 
 
 def test_cold_board_measures_as_usual_after_boot() -> None:
-    """The LSM6DSL's samples after its boot are those of a part powered long before."""
+    """After its boot, the LSM6DSL has the same samples as one that was powered long before."""
     found = []
     for cold_start in (False, True):
         board = Board(seed=3, cold_start=cold_start)

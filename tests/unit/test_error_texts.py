@@ -1,4 +1,4 @@
-"""Errors of this package: one line each without control characters, whatever the names in them are."""
+"""Errors of this package have one line without control characters, for any names in them."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from fcu_emulator.emulator.world.recording import load_recording
 
 HOSTILE = "a\x1b[31m\n\r\x85\u2028\u202eb\udcff"
 LONGEST = 600
-"""Characters of an error, a file's name of some hundred characters included."""
+"""Maximum characters of an error, including a file name of about a hundred characters."""
 
 
 LOADERS: list[Callable[[Path], object]] = [load_scenario, load_rubric, load_roster, load_recording, Board]

@@ -1,4 +1,4 @@
-"""What a run says about MAG: laws of right and wrong firmware on boards that are turned."""
+"""Hints about MAG: laws for correct and wrong firmware on boards that are turned."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ OFFSETS = st.tuples(*[st.floats(-300, 300)] * 3)
 
 
 def tumbled(count: int, turn: float = 1.0) -> Array:
-    """The field of a board that is turned about all its axes, twice over and evenly."""
+    """Return the field of a board that is turned evenly about all its axes, twice."""
     phase = np.linspace(0, 4 * np.pi * turn, count)
     x, y, z = FIELD
     about_y = np.stack(
@@ -99,7 +99,7 @@ def test_field_hint_needs_turned_board(turn: float, offset: tuple[float, ...], f
 
 @given(OFFSETS, st.floats(0.1, 2.0))
 def test_field_hint_ignores_calibration_that_still_learns(offset: tuple[float, ...], turn: float) -> None:
-    """MagCalibration: less half of the smallest and the largest so far."""
+    """MagCalibration subtracts half of the sum of the smallest and the largest value so far."""
     truth = tumbled(60, turn)
     raw = truth + offset
     lowest, highest = np.minimum.accumulate(raw), np.maximum.accumulate(raw)

@@ -1,4 +1,4 @@
-"""Biquad sections in blocks, and filtered samples as a function of their number, against scipy."""
+"""Biquad sections in blocks, and filtered samples as a function of their number, compared with scipy."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ cascades = pytest.mark.parametrize("sections", CASCADES.values(), ids=CASCADES)
 
 
 def reference(sections: tuple[Section, ...], signal: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The same cascade sample by sample, from rest."""
+    """Return the output of the same cascade, computed sample by sample from rest."""
     rows = [(b0, b1, b2, 1.0, a1, a2) for b0, b1, b2, a1, a2 in sections]
     filtered: NDArray[np.float64] = sosfilt(np.array(rows), signal)
     return filtered
@@ -67,7 +67,7 @@ def test_both_are_3_db_down_at_cutoff(cutoff: float) -> None:
 
 
 def test_slope_filter_halves_power_at_quarter_rate() -> None:
-    """AN5040 3.7: slope filter, ODR/4; a high-pass, so below."""
+    """AN5040 3.7: slope filter, ODR/4. It is a high-pass, so the half is below this frequency."""
     gains = np.abs(response((SLOPE,), np.array([0.0, 0.25, 0.5])))
     assert gains == pytest.approx([0, np.sqrt(0.5), 1], abs=1e-12)
 
@@ -109,7 +109,7 @@ def test_after_its_settling_filter_has_forgotten(sections: tuple[Section, ...]) 
 
 @cascades
 def test_noise_gain_is_rms_of_impulse_response(sections: tuple[Section, ...]) -> None:
-    """Parseval."""
+    """The theorem is Parseval's."""
     impulse = np.zeros(20_000)
     impulse[0] = 1
     expected = np.sqrt(np.sum(reference(sections, impulse) ** 2))
@@ -120,7 +120,7 @@ def test_noise_gain_is_rms_of_impulse_response(sections: tuple[Section, ...]) ->
 
 
 class World:
-    """White noise for ever, on top of a level that can be changed; what was asked for."""
+    """A world with endless white noise on a level that can be changed, and a record of the requested times."""
 
     def __init__(self, samples: int = 80_000) -> None:
         self.signal = 5.0 + white(samples)
@@ -175,7 +175,7 @@ def test_still_world_passes_low_pass_bit_by_bit() -> None:
 @settings(max_examples=20)
 @given(READS)
 def test_filtered_samples_do_not_depend_on_read_order(reads: list[tuple[int, int]]) -> None:
-    """Also over segments, 16 pages long here, that begin afresh."""
+    """This also applies over segments, which have 16 pages here and begin again."""
     world = World()
     read_all = filtered(world, SETTLED)
     everything = np.hstack([read_all.block(first, 4000) for first in range(0, 76_000, 4000)])
@@ -203,7 +203,7 @@ def test_skipping_far_does_not_go_through_every_sample() -> None:
 @settings(max_examples=30)
 @given(st.integers(1, 9000), st.integers(1, 3000))
 def test_world_change_affects_later_filtered_samples_only(number: int, count: int) -> None:
-    """And the world is not asked about the time before, which it may have forgotten."""
+    """The world is not evaluated for earlier times, which it may have dropped."""
     world = World()
     changing = filtered(world, SETTLED)
     before = changing.block(0, number + 1)[:, :number].copy()

@@ -1,4 +1,4 @@
-"""Boot: the exact text, the exact transactions, and what a missing sensor looks like."""
+"""Boot: the exact text, the exact transactions, and the effect of a missing sensor."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""printf by the C standard's words, what is refused, and the limit of PRINTF."""
+"""printf according to the C standard, refused specifications, and the limit of PRINTF."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The running firmware: blocks, LEDs, settings, reads that fail."""
+"""The running firmware: blocks of output, LEDs, settings, failed reads."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def slide_board(power_off_at: int = 2) -> FakeHal:
 
 
 def running(firmware_class: type[Lab3] | type[Template] = Lab3, settings: Settings | None = None) -> FakeHal:
-    """A firmware past its boot, to be driven by ``tick()``."""
+    """Return a firmware after its boot, for calls of ``tick()``."""
     hal = FakeHal(power_off_at=2)
     hal.set_pressure(4003431)
     hal.set_axes(LSM6DSL, 0x28, 0, 0, 8197)

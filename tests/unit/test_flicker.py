@@ -1,4 +1,4 @@
-"""Bias instability: the floor of the Allan deviation, and values that depend on the time alone."""
+"""Bias instability: the floor of the Allan deviation, and values that depend only on time."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FLOOR = np.sqrt(2 * np.log(2) / np.pi)  # of the Allan deviation, over the bias 
 
 
 def wandering(seconds: int, seeds: int = 8) -> Array:
-    """Of 3 axes of some boards, once a second, (n, axes)."""
+    """Return the values of 3 axes of some boards, once a second, (n, axes)."""
     t_s = np.arange(seconds) + 0.3
     boards = [Flicker(seed, "part", channels=3, bias_instability=1.0).block(t_s) for seed in range(seeds)]
     return np.concatenate(boards).T
@@ -25,7 +25,7 @@ def wandering(seconds: int, seeds: int = 8) -> Array:
 
 @pytest.mark.parametrize("m", [10, 30, 100, 300])
 def test_flicker_allan_deviation_is_constant_over_time(m: int) -> None:
-    """Of 24 axes over three hours: the mean is known to a few percent."""
+    """24 axes over three hours give the mean to a few percent."""
     found = np.sqrt(np.mean(allan_deviation(wandering(10_000), m) ** 2))
     assert found == pytest.approx(FLOOR, rel=0.1)
 
@@ -64,7 +64,7 @@ def test_axes_and_boards_wander_by_themselves() -> None:
     ids=str,
 )
 def test_part_wanders_by_its_figure(channel: Channel, errors: PartErrors, instability: float) -> None:
-    """A thousand times too much, so that it is seen above the steps of the output: differences of means."""
+    """The figure is a thousand times larger here, so that differences of means exceed the steps of the output."""
     chip = Chip(channel.part, errors, seed=1)
     chip.set(channel.name, *channel.value(0.0))
     chip.configure(channel.scales[0][0])

@@ -1,8 +1,6 @@
-"""What the world does faster than a sensor samples: filtered before it is sampled, clipped where it is
-converted.
+"""Motion of the world faster than the samples: filtered before sampling, and clipped at the converter.
 
-The witness is scipy: the documented analog stage as an analog filter (``scipy.signal.butter``), and
-convolution.
+The reference is scipy: the documented analog stage as an analog filter (``scipy.signal.butter``), and convolution.
 """
 
 from __future__ import annotations
@@ -28,7 +26,7 @@ MG_PER_LSB = 0.061
 
 
 def shaken(hz: float, amplitude_g: float) -> Moving:
-    """To and fro along X."""
+    """Return a signal that swings along X."""
 
     def force_g(t_s: np.ndarray) -> np.ndarray:
         return np.stack([amplitude_g * np.cos(2 * np.pi * hz * t_s), 0 * t_s, 0 * t_s], axis=1)
@@ -41,7 +39,7 @@ def still(axes: int) -> Moving:
 
 
 def acceleration_mg(force: Moving, ctrl1_xl: int, odr_hz: float, count: int, ctrl6_c: int = 0) -> np.ndarray:
-    """X of ``count`` samples after the hundredth."""
+    """Return X of ``count`` samples after the hundredth."""
     part = LSM6DSL(force, still(3), still(1))
     part.write(CTRL6_C, bytes([ctrl6_c]), 0)
     part.write(CTRL1_XL, bytes([ctrl1_xl]), 0)
@@ -62,7 +60,7 @@ def butterworth(order: int, cutoff_hz: float, hz: float) -> float:
 def test_accelerometer_response_has_documented_bandwidth(
     ctrl1_xl: int, odr_hz: float, analog_hz: float, of_odr: float
 ) -> None:
-    """Analog stage and LPF1 at ODR/2 (AN5040 3.7), also above half the output rate, where samples alias."""
+    """Analog stage and LPF1 at ODR/2 (AN5040 3.7), also above half the output rate, at which samples alias."""
     hz = of_odr * odr_hz
     converter_hz = odr_hz * round(CONVERTER_HZ / odr_hz)
     digital = scipy_signal.butter(4, odr_hz / 2, fs=converter_hz)
@@ -78,7 +76,7 @@ def test_vibration_far_above_output_rate_is_suppressed(hz: float) -> None:
 
 
 def test_vibration_at_output_rate_gives_no_constant() -> None:
-    """It did: 0.5 g at 104 Hz were a constant 480 mg more."""
+    """Before this was fixed, 0.5 g at 104 Hz gave a constant 480 mg."""
     mg = acceleration_mg(shaken(104.0, 0.5), 0x40, 104, 100)
     assert np.abs(mg).max() < 500 * butterworth(4, 52, 104) * 1.05
 
@@ -89,7 +87,7 @@ def test_low_power_passes_740_hz_at_any_rate() -> None:
 
 
 def test_vibration_is_clipped_before_averaging() -> None:
-    """1 g and 3 g to and fro at 2 g full scale: what is above 2 g is lost, so the mean is far below 1 g."""
+    """1 g with a swing of 3 g at 2 g full scale: values above 2 g are clipped, so the mean is far below 1 g."""
     hz, fine_hz = 200.0, CONVERTER_HZ * 16
     t_s = np.arange(0, 1, 1 / fine_hz)
     analog = butterworth(2, 400, hz)
@@ -144,7 +142,7 @@ def test_slow_signal_shortcut_differs_little_from_exact(rate_hz: float) -> None:
 
 
 def test_signal_set_at_start_holds_before_it() -> None:
-    """A scenario's first attitude is no jump: the first sample already is what all others are."""
+    """The first attitude of a scenario is not a jump: the first sample equals all others."""
     world = World()
     world.set_attitude(0, -30, 0)
     part = LSM6DSL(world.sensed("acceleration_g", one_row=True), still(3), still(1))
@@ -155,7 +153,7 @@ def test_signal_set_at_start_holds_before_it() -> None:
 
 
 def test_shaking_at_low_rate_takes_little_memory() -> None:
-    """A sample at 12.5 Hz is 2,132 looks at the world; those of 400 samples are not held at once."""
+    """A sample at 12.5 Hz needs 2,132 values of the world. Those of 400 samples are not stored together."""
     asked: list[int] = []
 
     def force_g(t_s: np.ndarray) -> np.ndarray:
@@ -170,7 +168,7 @@ def test_shaking_at_low_rate_takes_little_memory() -> None:
 
 
 class Counted(Moving):
-    """A signal of a world, and for how many times it was asked in each call."""
+    """A signal of a world that counts the requested times of each call."""
 
     def __init__(self, world: World) -> None:
         sensed = world.sensed("acceleration_g", one_row=True)
@@ -187,7 +185,7 @@ class Counted(Moving):
 
 
 def test_still_world_is_sampled_once_for_all() -> None:
-    """A board at rest costs what it did before there was a front end."""
+    """A board at rest costs the same as without a front end."""
     world = World()
     world.set_attitude(20, 30, 40)
     counted = Counted(world)
@@ -213,7 +211,7 @@ def test_slow_motion_is_sampled_once_per_sample(delays: float, is_slow: bool) ->
 
 
 def test_magnetometer_and_barometer_average_over_their_conversion() -> None:
-    """A field turns 30 times in 9.4 ms, a pressure swings 6 times in 13 ms: their means are seen."""
+    """A field turns 30 times in 9.4 ms, and a pressure swings 6 times in 13 ms: the sensors measure the means."""
 
     def field(t_s: np.ndarray) -> np.ndarray:
         turning = 2 * np.pi * t_s * 30 / 0.0094
@@ -235,7 +233,10 @@ def test_mean_of_ramp_is_its_middle() -> None:
 
 
 def test_mean_does_not_depend_on_other_samples() -> None:
-    """Turned, lifted, tapped, turned slowly: against 500 looks, and against each sample asked for alone."""
+    """The board is turned, lifted, tapped and slowly turned.
+
+    The mean is compared with 500 values and with single samples.
+    """
     world = World()
     world.rotate_to(60, 0, 0, 0.3, start_s=1.0)
     world.lift(0.2, 0.2, start_s=1.5)  # with 3 g
@@ -269,7 +270,7 @@ def test_recorded_vibration_is_filtered() -> None:
 @pytest.mark.parametrize("seed", range(10))
 @pytest.mark.parametrize("moving", [False, True])
 def test_overload_reads_full_scale_on_every_board(seed: int, moving: bool) -> None:
-    """Four times full scale: the converter clips last, after the sensor's own offset and scale."""
+    """At four times full scale, the converter clips last, after the sensor's offset and scale."""
     board = Board(seed=seed)
     board.world.set_gravity(8 * 9.80665)
     for bus_write in (b"\x10\x40", b"\x11\x40"):  # CTRL1_XL: 104 Hz, 2 g; CTRL2_G: 104 Hz, 250 dps
@@ -288,7 +289,7 @@ def test_overload_reads_full_scale_on_every_board(seed: int, moving: bool) -> No
 
 
 def test_still_overload_is_clipped_before_user_offset() -> None:
-    """3 g at a full scale of 2 g, and Z_OFS_USR = 1 g, which is subtracted: the converter's 2 g leave 1 g."""
+    """3 g at a full scale of 2 g, with Z_OFS_USR = 1 g, which is subtracted: the clipped 2 g become 1 g."""
     board = Board(ideal=True)
     board.world.set_gravity(3 * 9.80665)
     for write in (b"\x15\x08", b"\x75\x40", b"\x10\x40"):  # USR_OFF_W: 2^-6 g; 64 of them; 104 Hz, 2 g

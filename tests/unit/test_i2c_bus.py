@@ -1,4 +1,4 @@
-"""The bus through ``board.i2c2``, as a driver's test would: time on the wire, acknowledges, faults, trace."""
+"""The bus through ``board.i2c2``, as in a test of a driver: time on the wire, acknowledges, faults, trace."""
 
 from __future__ import annotations
 

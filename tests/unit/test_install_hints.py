@@ -1,4 +1,4 @@
-"""Words that differ from system to system, with the system replaced, and what a system's encoding lacks."""
+"""Words that depend on the system, with simulated systems, and characters that the system's encoding lacks."""
 
 from __future__ import annotations
 

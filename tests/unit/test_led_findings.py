@@ -1,4 +1,4 @@
-"""Findings about a LED that does not follow the board, from its edges and the board's inclination alone."""
+"""Findings about a LED that does not follow the board, from only its edges and the board's inclination."""
 
 from __future__ import annotations
 
@@ -32,19 +32,19 @@ PASS_MS = 1040
 
 
 def pitch(at_ms: int) -> float:
-    """The board turns at constant rate between the moments of ``MOTION``."""
+    """Return the pitch. The board turns at a constant rate between the times of ``MOTION``."""
     index = bisect_right([moment for moment, _ in MOTION], at_ms)
     (from_ms, from_deg), (to_ms, to_deg) = MOTION[index - 1], (*MOTION, (END_MS, MOTION[-1][1]))[index]
     return from_deg + (to_deg - from_deg) * (at_ms - from_ms) / max(to_ms - from_ms, 1)
 
 
 def finding(is_lit: Callable[[int], bool]) -> str:
-    """The finding about a LED; "" if it is right."""
+    """Return the finding about a LED, or "" if the LED is correct."""
     return result(is_lit).mistake
 
 
 def result(is_lit: Callable[[int], bool]) -> ExpectationResult:
-    """The result of a LED that is lit at the milliseconds for which ``is_lit`` is true."""
+    """Return the result of a LED that is lit in the milliseconds for which ``is_lit`` is true."""
     states = [is_lit(at_ms) for at_ms in range(END_MS)]
     changes = [at_ms for at_ms in range(1, END_MS) if states[at_ms] is not states[at_ms - 1]]
     edges = [
@@ -67,7 +67,7 @@ def test_right_led_has_no_finding() -> None:
 @pytest.mark.parametrize("age_ms", [0, PASS_MS])
 @pytest.mark.parametrize("first_ms", [0, 300, 700])
 def test_led_switched_in_main_is_late(first_ms: int, age_ms: int) -> None:
-    """Once a pass, by the present angle or by the angle that the pass before has computed."""
+    """It is switched once in a pass, by the present angle or by the angle of the previous pass."""
 
     def is_lit(at_ms: int) -> bool:
         since_ms = at_ms - (at_ms - first_ms) % PASS_MS
@@ -80,7 +80,7 @@ def test_led_switched_in_main_is_late(first_ms: int, age_ms: int) -> None:
 @pytest.mark.parametrize("age_ms", [0, PASS_MS])
 @pytest.mark.parametrize("first_ms", [0, 300, 700])
 def test_late_led_of_one_side_is_one_sided(first_ms: int, age_ms: int, side: int) -> None:
-    """Two mistakes: the finding has a moment of the dark side, and says how late the other one is."""
+    """There are two mistakes: the finding has a time on the dark side, and states the delay on the other side."""
 
     def is_lit(at_ms: int) -> bool:
         since_ms = at_ms - (at_ms - first_ms) % PASS_MS

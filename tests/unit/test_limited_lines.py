@@ -1,4 +1,4 @@
-"""Lines of a server on the terminal: one line each, and not many, whatever callers do."""
+"""A server's lines on the terminal: one line each and limited in number, for any clients."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from fcu_emulator.emulator.links.rfc2217 import Negotiated, Rfc2217Link
 
 
 class Clock:
-    """Wall time that passes when a test says so."""
+    """A wall clock that a test advances."""
 
     def __init__(self) -> None:
         self.now_s = 0.0

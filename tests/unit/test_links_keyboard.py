@@ -1,4 +1,4 @@
-"""Typing into the terminal the emulator was started from: processes that own a terminal, or do not."""
+"""Typing into the terminal that started the emulator, for processes that own the terminal and others."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ if os.WIFSTOPPED(status):
 
 @pytest.fixture
 def terminal() -> Iterator[tuple[int, str]]:
-    """The master side of a fresh terminal, and the path of the other."""
+    """Return the master side of a new terminal, and the path of the other side."""
     master, slave = os.openpty()
     path = os.ttyname(slave)
     try:

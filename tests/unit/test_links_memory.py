@@ -77,7 +77,7 @@ def test_lowered_limit_holds_from_next_put() -> None:
 
 
 def test_pasted_text_arrives_complete() -> None:
-    """The board takes what the wire can carry, a few thousand bytes at a time, however much is pasted."""
+    """The board takes a few thousand bytes at a time, which the wire can carry, for any length of the text."""
     link = MemoryLink()
     link.feed(bytes(range(256)) * 80)
     board = Board()

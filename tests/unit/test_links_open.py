@@ -1,4 +1,4 @@
-"""The word after ``--serial``, and how long the end of a run waits."""
+"""The value of ``--serial``, and the time that the end of a run waits."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_port_link_uses_tcp_without_pseudo_terminals(monkeypatch: pytest.MonkeyP
 def test_windows_command_avoids_python_path_with_spaces(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """A path in quotes is a program to cmd, and a text to PowerShell."""
+    """A path in quotes is a program for cmd, but a text for PowerShell."""
     on_windows(monkeypatch, r"C:\Program Files\Python\python.exe")
     assert programs.for_tcp(4001)[1] == "python -m serial.tools.miniterm socket://127.0.0.1:4001"
 
@@ -84,7 +84,7 @@ def test_port_name_with_space_is_quoted() -> None:
 
 
 class WallClock:
-    """``time.monotonic`` under the test's control."""
+    """A replacement of ``time.monotonic`` that the test controls."""
 
     def __init__(self) -> None:
         self.now_s = 100.0

@@ -1,4 +1,4 @@
-"""The stable name of the pseudo-terminal: who gets it, who is refused, what is left behind."""
+"""The stable name of the pseudo-terminal: claiming, refusing, and removal of files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Standard output as the board's terminal: a pipe that blocks, closes, or is read by somebody slow."""
+"""Standard output as the board's terminal: a pipe that blocks, closes, or has a slow reader."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ SOURCES = Path(fcu_emulator.emulator.errors.__file__).parents[1]
 
 
 class Pipe:
-    """Standard output replaced by a pipe; the test holds the reading end."""
+    """Standard output is replaced by a pipe, and the test holds the reading end."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.reading_fd, writing_fd = os.pipe()
@@ -205,7 +205,7 @@ link.close()
 
 
 def test_failed_keyboard_read_is_retried(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The process was in the background, where a read of its terminal fails, and came back."""
+    """The process was in the background, where a read of its terminal fails, and then in the foreground again."""
     ended = threading.Event()
     answers = iter((OSError("in the background"), OSError("still"), b"typed", b""))
 

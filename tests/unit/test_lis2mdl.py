@@ -20,12 +20,12 @@ OFFSET_X_REG_L, CFG_REG_A, CFG_REG_B, CFG_REG_C, STATUS_REG = 0x45, 0x60, 0x61, 
 
 
 def field_of(chip: Chip, *counts: int) -> None:
-    """The world has a field of so many LSB."""
+    """Set a field of this number of LSB in the world."""
     chip.set("magnetic_field_mgauss", *(1.5 * count for count in counts))
 
 
 def test_lis2mdl_application_note_example() -> None:
-    """AN5069 section 6: 21 00 1D FF CB FE are 33, -227 and -309 LSB."""
+    """AN5069 section 6: the bytes 21 00 1D FF CB FE are 33, -227 and -309 LSB."""
     chip = Chip("LIS2MDL")
     field_of(chip, 33, -227, -309)
     chip.write(CFG_REG_A, 0x8C)
@@ -79,7 +79,7 @@ def test_second_trigger_does_not_restart_measurement() -> None:
 
 
 def test_second_trigger_starts_next_measurement() -> None:
-    """Also where nobody has looked at the first one, and without clearing its flag."""
+    """This also applies if the first measurement was not read, and without clearing its flag."""
     chip = Chip("LIS2MDL")
     chip.write(CFG_REG_A, 0x81)
     chip.wait(20 * PS_PER_MS)
@@ -122,7 +122,7 @@ def test_both_idle_codes_measure_nothing(idle: int) -> None:
 
 
 def test_hard_iron_offset_registers_are_subtracted() -> None:
-    """AN5069 section 9, and both ends saturate."""
+    """AN5069 section 9. Both ends saturate."""
     chip = Chip("LIS2MDL")
     field_of(chip, 100, -32000, 32000)
     chip.write(OFFSET_X_REG_L, *(40).to_bytes(2, "little"), *(1000).to_bytes(2, "little"), 0x18, 0xFC)
@@ -150,7 +150,7 @@ def test_self_test_shift_is_within_limits() -> None:
 
 
 def test_overrun_bits_are_set_per_unread_axis() -> None:
-    """Datasheet T38; an axis' flags are cleared by its own high byte, Zyxda and Zyxor by any."""
+    """Datasheet T38. The high byte of an axis clears its flags; any high byte clears Zyxda and Zyxor."""
     chip = Chip("LIS2MDL")
     chip.write(CFG_REG_A, 0x8C)
     chip.t_ps = MAGNETOMETER.sample_ps(0)
@@ -205,7 +205,7 @@ def test_soft_reset_repeats_without_polling() -> None:
 
 
 def test_reboot_takes_20_ms_and_ends_in_idle(words: Words) -> None:
-    """AN5069 section 7; together with SOFT_RST it is forbidden."""
+    """AN5069 section 7. Together with SOFT_RST it is forbidden."""
     chip = Chip("LIS2MDL")
     chip.write(CFG_REG_A, 0x8C)
     chip.write(CFG_REG_A, 0xCC)
@@ -221,7 +221,7 @@ def test_reboot_takes_20_ms_and_ends_in_idle(words: Words) -> None:
 
 
 def test_thermometer_needs_comp_temp_en() -> None:
-    """Datasheet T26: it must be 1 for correct operation; it may be switched while measuring."""
+    """Datasheet T26: it must be 1 for correct operation. It may be switched during measurements."""
     chip = Chip("LIS2MDL")
     chip.set("temperature_degc", 30.0)
     chip.write(CFG_REG_A, 0x0C)
@@ -239,7 +239,7 @@ def test_thermometer_needs_comp_temp_en() -> None:
 
 
 def test_drdy_pin_does_not_slow_repeated_measurements() -> None:
-    """Each measurement writes CFG_REG_A; a thousand of them must not add a thousand hooks to a read."""
+    """Each measurement writes CFG_REG_A. A thousand writes must not add a thousand hooks to a read."""
     chip = Chip("LIS2MDL")
     chip.write(0x62, 0x01)  # CFG_REG_C: DRDY_on_PIN
     for _ in range(1500):

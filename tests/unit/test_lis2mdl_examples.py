@@ -1,4 +1,4 @@
-"""What real drivers do with the LIS2MDL, step by step (ST's example programs; AN5069)."""
+"""Use of the LIS2MDL by real drivers, step by step (ST's example programs; AN5069)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ OFF_CANC_AND_ONE_SHOT = 0x12
 
 
 def set_field(chip: Chip, register: int, mask: int, value: int) -> None:
-    """ST's drivers read, change and write back."""
+    """Write a field as ST's drivers do: read, change and write back."""
     chip.write(register, chip.byte(register) & ~mask | value)
 
 
@@ -61,7 +61,7 @@ def test_read_data_polling() -> None:
 
 
 def test_single_mode_by_writing_md_in_loop() -> None:
-    """The example triggers and polls in the same loop: MD = 01 again and again must not restart it."""
+    """The example triggers and polls in the same loop: repeated writes of MD = 01 must not restart the measurement."""
     chip = Chip("LIS2MDL")
     set_field(chip, CFG_REG_A, 0x80, 0x80)
     found = []
@@ -90,7 +90,7 @@ def test_single_mode_host_averages_two() -> None:
 @pytest.mark.parametrize("config_b", [0x02, 0x00], ids=["application note", "ST's example"])
 @pytest.mark.parametrize("seed", range(3))
 def test_self_test(config_b: int, seed: int) -> None:
-    """AN5069 figure 4: the mean of 50 samples moves by 15 to 500 mgauss; on a typical part with its noise."""
+    """AN5069 figure 4: the mean of 50 samples moves by 15 to 500 mgauss, on a typical sensor with its noise."""
     chip = Chip("LIS2MDL", LIS2MDLErrors.of_quality("typical", seed), seed)
 
     def mean_of_50() -> np.ndarray[tuple[int], np.dtype[np.float64]]:
@@ -110,7 +110,7 @@ def test_self_test(config_b: int, seed: int) -> None:
 
 
 def test_six_offset_bytes_in_one_write() -> None:
-    """ST's driver writes all of 0x45 to 0x4A at once; here the field's own counts, so nothing remains."""
+    """ST's driver writes all of 0x45 to 0x4A at once. Here they are the counts of the field, so the result is 0."""
     chip = Chip("LIS2MDL")
     chip.write(OFFSET_X_REG_L, *(133).to_bytes(2, "little"), 0, 0, *(0x10000 - 267).to_bytes(2, "little"))
     chip.write(CFG_REG_A, 0x8C)

@@ -43,7 +43,7 @@ from tests.support.sensor_fakes import MAGNETOMETER, Chip, constant
     ],
 )
 def test_each_axis_is_compared_both_ways(field: tuple[float, float, float], expected: int) -> None:
-    """Datasheet T36: over the positive threshold, under the negative one; INT (bit 0) with any."""
+    """Datasheet T36: above the positive threshold, or below the negative one. INT (bit 0) is set with any."""
     chip = played(field)
     threshold(chip, 100, XYZ | IEA | IEN)
 
@@ -93,7 +93,7 @@ def test_int_bit_is_active_low_with_iea_0() -> None:
 
 @pytest.mark.parametrize("idle_level", [0, 1])
 def test_int_bit_of_disabled_generator_is_configurable(idle_level: int) -> None:
-    """No document gives the value with IEN = 0 and IEA = 0; with IEA = 1 it is 0."""
+    """No document states the value with IEN = 0 and IEA = 0. With IEA = 1 it is 0."""
     still = constant(0.0, 0.0, 0.0), constant(25.0)
     part = LIS2MDL(*still, int_idle_level=1 if idle_level else 0)
 
@@ -141,7 +141,7 @@ def test_threshold_is_unsigned_16_bits(counts: int, field: int, expected: int) -
 
 @pytest.mark.parametrize("latch", [0, IEL])
 def test_range_overflow_is_latched_until_read(latch: int) -> None:
-    """MROI is latched in either mode; the crossing itself only with IEL."""
+    """MROI is latched in both modes, but the crossing only with IEL."""
     chip = x_counts(0, 40000, 0, 0)
     threshold(chip, 100, XYZ | IEA | latch | IEN)
 
@@ -160,7 +160,7 @@ def test_full_scale_value_is_not_overflow() -> None:
 
 
 def test_overflow_needs_ien() -> None:
-    """AN5069 10.2; the datasheet calls it always enabled."""
+    """AN5069 10.2. The datasheet states that it is always enabled."""
     chip = x_counts(40000)
     threshold(chip, 100, XYZ | IEA)
 
@@ -203,7 +203,7 @@ def test_new_threshold_applies_from_next_sample() -> None:
 
 @pytest.mark.parametrize("single", [False, True])
 def test_comparison_includes_output_noise(single: bool) -> None:
-    """Also after runs in which nobody looked at the interrupt: X is over 0 exactly when its output is."""
+    """It also applies after times without reads: X is over 0 exactly when its output is."""
     chip = Chip("LIS2MDL", LIS2MDLErrors(noise_mgauss=30.0), seed=2)
     chip.set("magnetic_field_mgauss", 0.0, 0.0, 0.0)
     for _ in range(3):

@@ -19,7 +19,7 @@ PLUS, MINUS, NONE = (20, -40, 60), (-20, 40, -60), (0, 0, 0)
 
 
 def chip_with_hoff(config_b: int) -> Chip:
-    """No field at all: what is measured is the offset."""
+    """Return a sensor without a field, so that it measures the offset."""
     chip = Chip("LIS2MDL", HOFF)
     chip.set("magnetic_field_mgauss", 0.0, 0.0, 0.0)
     chip.write(CFG_REG_B, config_b)
@@ -27,7 +27,7 @@ def chip_with_hoff(config_b: int) -> Chip:
 
 
 def run(chip: Chip, samples: int) -> list[tuple[int, ...]]:
-    """So many samples at 100 Hz, from the one at hand on."""
+    """Return this number of samples at 100 Hz, beginning with the present one."""
     found = []
     for _ in range(samples):
         found.append(chip.counts(MAGNETOMETER))
@@ -36,7 +36,7 @@ def run(chip: Chip, samples: int) -> list[tuple[int, ...]]:
 
 
 def started(config_b: int) -> Chip:
-    """100 Hz, the first sample at hand."""
+    """Start at 100 Hz, and go to the time of the first sample."""
     chip = chip_with_hoff(config_b)
     chip.write(CFG_REG_A, 0x8C)
     chip.wait(TURN_ON_PS + (PERIOD_PS if config_b & OFF_CANC else 0))
@@ -44,7 +44,7 @@ def started(config_b: int) -> Chip:
 
 
 def single(chip: Chip) -> tuple[int, ...]:
-    """The result of one single measurement."""
+    """Return the result of a single measurement."""
     chip.write(CFG_REG_A, 0x8D)
     chip.wait(3 * PERIOD_PS)
     return chip.counts(MAGNETOMETER)
@@ -60,12 +60,12 @@ def test_without_cancellation_every_sample_holds_hoff(config_b: int) -> None:
 
 @pytest.mark.parametrize("config_b", [OFF_CANC, OFF_CANC | LPF, OFF_CANC | SET_FREQ])
 def test_cancellation_removes_hoff_from_first_sample(config_b: int) -> None:
-    """Hn = H + Hoff, Hn-1 = H - Hoff, the output is their mean."""
+    """Hn = H + Hoff, Hn-1 = H - Hoff, and the output is their mean."""
     assert set(run(started(config_b), 200)) == {NONE}
 
 
 def test_cancellation_switched_on_while_measuring() -> None:
-    """The order of the lab's set-up: CFG_REG_A first, then CFG_REG_B."""
+    """The lab's set-up writes CFG_REG_A first, then CFG_REG_B."""
     chip = started(0x00)
     before = run(chip, 3)
     chip.write(CFG_REG_B, OFF_CANC)
@@ -80,7 +80,7 @@ def test_cancellation_switched_on_while_measuring() -> None:
 def test_disabled_cancellation_keeps_last_polarity_until_set_pulse(
     measured: int, kept: tuple[int, ...]
 ) -> None:
-    """Alternation begins with a reset pulse; set pulses come every 63 samples from leaving idle on."""
+    """Alternation begins with a reset pulse. Set pulses come every 63 samples after leaving idle."""
     chip = started(OFF_CANC)
     run(chip, measured - 1)
     chip.counts(MAGNETOMETER)
@@ -160,7 +160,7 @@ def test_field_step_passes_through_mean_of_two(config_b: int, expected: list[int
 
 
 def test_filter_starts_with_its_first_sample() -> None:
-    """What the field was before the part measured does not matter."""
+    """The field before the start of measurements has no effect."""
     chip = Chip("LIS2MDL")
     chip.world.signals["magnetic_field_mgauss"] = step(
         constant(0.0, 0.0, 0.0), constant(1500.0, 0.0, 0.0), (TURN_ON_PS - 1000) / PS_PER_S
@@ -182,7 +182,7 @@ def test_filter_starts_with_its_first_sample() -> None:
     ],
 )
 def test_noise_of_mean_of_two(config_b: int, config_a: int, rms: float, correlation: float) -> None:
-    """Table 3's RMS; neighbours share a measurement, which is what halves the bandwidth. 4000 samples."""
+    """The RMS of Table 3. Neighbours share a measurement, which halves the bandwidth. 4000 samples are used."""
     chip = Chip("LIS2MDL", LIS2MDLErrors(noise_mgauss=4.5), seed=4)
     chip.set("magnetic_field_mgauss", 0.0, 0.0, 0.0)
     chip.write(CFG_REG_B, config_b)
@@ -196,7 +196,7 @@ def test_noise_of_mean_of_two(config_b: int, config_a: int, rms: float, correlat
 
 
 def test_enabled_filter_starts_from_previous_measurement() -> None:
-    """Its noise included: the mean of two, scaled to Table 3's 3.0 instead of 4.5 / sqrt(2)."""
+    """This includes its noise: the mean of two, scaled to 3.0 of Table 3 instead of 4.5 / sqrt(2)."""
     runs = []
     for config_b in (0x00, LPF):
         chip = Chip("LIS2MDL", LIS2MDLErrors(noise_mgauss=450.0), seed=4)
@@ -213,7 +213,7 @@ def test_enabled_filter_starts_from_previous_measurement() -> None:
 
 
 def test_single_measurements_are_not_averaged() -> None:
-    """With nothing to average, noise is that of Table 3 without LPF and OFF_CANC. 800 measurements."""
+    """Without averaging, the noise is that of Table 3 without LPF and OFF_CANC. 800 measurements are used."""
     chip = Chip("LIS2MDL", LIS2MDLErrors(noise_mgauss=4.5), seed=4)
     chip.set("magnetic_field_mgauss", 0.0, 0.0, 0.0)
     chip.write(CFG_REG_B, LPF)
@@ -223,7 +223,7 @@ def test_single_measurements_are_not_averaged() -> None:
 
 
 def test_self_test_passes_cancellation_at_full_size() -> None:
-    """The coil's field is a field: it does not change sign with the pulses. Datasheet T3."""
+    """The field of the coil does not change its sign with the pulses. Datasheet T3."""
     chip = started(OFF_CANC)
     chip.write(CFG_REG_C, 0x02)
     chip.wait(4 * PERIOD_PS)

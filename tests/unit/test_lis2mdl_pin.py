@@ -1,4 +1,4 @@
-"""The LIS2MDL's INT/DRDY pin: what it shows, and when its edges come (datasheet 8.7; AN5069 6.3 and 10)."""
+"""The LIS2MDL's INT/DRDY pin: its level, and the times of its edges (datasheet 8.7; AN5069 6.3 and 10)."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def test_pin_is_high_impedance_without_routing() -> None:
 
 @pytest.mark.parametrize(("polarity", "active"), [(IEA, 1), (0, 0)])
 def test_int_pin_edges_have_sample_times(polarity: int, active: int) -> None:
-    """Edges are exact although nobody looks before the tenth sample."""
+    """The times of edges are exact although the sensor is not read before the tenth sample."""
     chip = x_counts(0, 0, 200, 200, 0, -200, 0)
     threshold(chip, 100, XYZ | polarity | IEN)
     edges = watched(chip, INT_ON_PIN)
@@ -76,7 +76,7 @@ def test_latched_int_pin_stays_when_polled_every_sample() -> None:
 
 
 def test_data_ready_falls_on_high_byte_read() -> None:
-    """AN5069 6.3: it stays high while nobody reads."""
+    """AN5069 6.3: the pin stays high until a read."""
     chip = x_counts(1, 2, 3)
     chip.write(CFG_REG_A, 0x8C)
     edges = watched(chip, DRDY_ON_PIN)
@@ -138,7 +138,7 @@ def test_in_4_wire_spi_pin_is_sdo(words: Words) -> None:
 
 
 def test_catch_up_reports_every_edge_in_time() -> None:
-    """What a board does that has something wired to the pin."""
+    """A board catches up in this way if the pin is connected."""
     chip = x_counts(0, 200, 0, 200, 0)
     threshold(chip, 100, XYZ | IEA | IEN)
     edges = watched(chip, INT_ON_PIN)

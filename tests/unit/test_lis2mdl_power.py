@@ -42,7 +42,7 @@ def test_after_power_on_part_is_idle() -> None:
 
 
 def test_reboot_ends_in_idle_after_one_measurement() -> None:
-    """AN5069 section 7; the registers keep what was written."""
+    """AN5069 section 7. The registers keep the written values."""
     chip = Chip("LIS2MDL")
     chip.set("temperature_degc", 30.0)
     chip.configure(((CFG_REG_B, 0x02), (CFG_REG_C, 0x10), (CFG_REG_A, 0xCC)))
@@ -150,7 +150,7 @@ def test_current_in_idle_and_with_single_measurements(
 
 
 def test_i2c_dis_silences_i2c_until_soft_reset() -> None:
-    """Datasheet T29; the reset can then only come over SPI."""
+    """Datasheet T29. After that, the reset can only come over SPI."""
     chip = Chip("LIS2MDL")
     assert not chip.part.i2c_off
     chip.write(CFG_REG_C, 0x20)
@@ -160,7 +160,7 @@ def test_i2c_dis_silences_i2c_until_soft_reset() -> None:
 
 
 def test_spi_wires_depend_on_4wspi() -> None:
-    """ST's driver and AN5069 Rev 4; the datasheet says "must be 0"."""
+    """ST's driver and AN5069 Rev 4 allow it; the datasheet says "must be 0"."""
     chip = Chip("LIS2MDL")
     assert chip.part.spi_wires() == 3
     chip.write(CFG_REG_C, 0x04)
@@ -171,7 +171,7 @@ def test_spi_wires_depend_on_4wspi() -> None:
 
 @pytest.mark.parametrize("config_a", [0x0C, 0x0D, 0x1C])
 def test_measuring_without_temperature_compensation_is_noted(config_a: int, words: Words) -> None:
-    """Datasheet 8.5: COMP_TEMP_EN "must be 1"; it measures all the same."""
+    """Datasheet 8.5: COMP_TEMP_EN "must be 1". The sensor measures nevertheless."""
     chip = Chip("LIS2MDL")
     chip.write(CFG_REG_A, config_a)
     assert kinds(chip.notes) == ["forbidden"]

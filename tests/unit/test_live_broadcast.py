@@ -1,4 +1,4 @@
-"""When a page is sent what, on a wall clock that the test owns and reads every millisecond."""
+"""Times of the messages to a page, on a wall clock that the test owns and reads every millisecond."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ PAGE = "page"
 
 
 class Sent:
-    """A broadcast with one page, and what it has sent: (wall time in ms, message, client)."""
+    """A broadcast with one page, and its messages: (wall time in ms, message, client)."""
 
     def __init__(self, board: Board, watch: Watch | None = None) -> None:
         self.board = board
@@ -35,7 +35,7 @@ class Sent:
         return 100.0 + self.wall_ms / 1000
 
     def pass_ms(self, duration: int, every: int = 1, changed: bool = False, speed: float = 0.0) -> None:
-        """So much wall time, with a look each ``every`` ms; the board runs at ``speed``."""
+        """Let this wall time pass, with a poll each ``every`` ms; the board runs at ``speed``."""
         for _ in range(duration // every):
             self.wall_ms += every
             if speed:
@@ -67,7 +67,7 @@ def sent() -> Sent:
 
 @pytest.mark.parametrize("every", [2, 7, 15])
 def test_state_is_sent_every_20_ms_during_changes(sent: Sent, every: int) -> None:
-    """On average also when looks are rarer: a late one does not put off the next."""
+    """The average is kept with rarer polls, too: a late poll does not delay the next frame."""
     sent.pass_ms(2100, every, changed=True)
 
     assert len(sent.of(messages.State)) == pytest.approx(105, abs=2)
@@ -75,7 +75,7 @@ def test_state_is_sent_every_20_ms_during_changes(sent: Sent, every: int) -> Non
 
 
 def test_slow_machine_sends_state_per_poll(sent: Sent) -> None:
-    """It does not send more of them later to catch up."""
+    """It does not send more frames later to catch up."""
     sent.pass_ms(500, 50, changed=True)
     assert sent.times(messages.State) == list(range(50, 501, 50))
     sent.pass_ms(60, changed=True)
@@ -209,13 +209,13 @@ def test_pace_is_measured_from_run_start() -> None:
 
 
 class Loud:
-    """Firmware in Python that prints more than a new page is sent, once."""
+    """Firmware in Python that once prints more text than a new page receives."""
 
     def __init__(self, hal: VirtualHal) -> None:
         self._hal = hal
 
     def main(self) -> None:
-        """As in C."""
+        """Run the firmware's main function, as in C."""
         self._hal.HAL_UART_Transmit(bytes(n % 251 for n in range(HISTORY + 5000)), 10_000)
 
     def HAL_TIM_PeriodElapsedCallback(self) -> None:
@@ -240,7 +240,7 @@ def test_new_page_gets_last_64_kib_once() -> None:
 
 
 def status(board: Board) -> messages.StatusEvent:
-    """A page's status line, which these tests do not read."""
+    """Return a page's status, which these tests do not read."""
     return messages.StatusEvent(
         run=1,
         firmware="",

@@ -17,7 +17,7 @@ STATUS, PRESS_OUT_XL = 0x27, 0x28
 
 
 def test_datasheet_example() -> None:
-    """Datasheet 4.5: 3FF58Dh are 4191629 LSB; the 1023.3 hPa it gives are rounded to one decimal."""
+    """Datasheet 4.5: 3FF58Dh is 4191629 LSB. The 1023.3 hPa in the datasheet are rounded to one decimal."""
     chip = Chip("LPS22HB")
     chip.set("pressure_hpa", 0x3FF58D / 4096)
     chip.set("temperature_degc", 23.45)
@@ -46,7 +46,7 @@ def test_samples_come_at_every_rate(code: int, rate_hz: int) -> None:
 
 
 def test_pressure_outside_specified_range_is_noted_once(words: Words) -> None:
-    """Datasheet Table 3: 260 to 1260 hPa; what a sensor gives outside is not documented, and the output goes on."""
+    """Datasheet Table 3: 260 to 1260 hPa. The output outside of this range is not documented, and here it continues."""
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG1, 0x50)
     found = []
@@ -87,7 +87,7 @@ def test_burst_without_if_add_inc_stays_at_address() -> None:
 
 @pytest.mark.parametrize("count", [16, -16, 32767, -32768])
 def test_rpds_is_subtracted_in_sixteenths_of_hpa(count: int) -> None:
-    """The LSB is the LPS25H's (AN4450), 1/16 hPa: the datasheet gives none; 24 bits saturate."""
+    """The LSB is that of the LPS25H (AN4450), 1/16 hPa, because the datasheet gives none; 24 bits saturate."""
     chip = Chip("LPS22HB")
     chip.write(RPDS_L, *count.to_bytes(2, "little", signed=True))
     chip.write(CTRL_REG1, 0x50)
@@ -98,7 +98,7 @@ def test_rpds_is_subtracted_in_sixteenths_of_hpa(count: int) -> None:
 
 
 def test_bdu_holds_outputs_until_press_out_h() -> None:
-    """Datasheet 9.5; 0x2A has to be read last."""
+    """Datasheet 9.5: 0x2A must be read last."""
     chip = Chip("LPS22HB")
     chip.world.signals["pressure_hpa"] = ramp((300.0,), (100.0,))
     chip.world.signals["temperature_degc"] = ramp((0.0,), (20.0,))
@@ -114,7 +114,7 @@ def test_bdu_holds_outputs_until_press_out_h() -> None:
 
 
 def test_flags_and_overruns_are_cleared_separately() -> None:
-    """Datasheet 9.20; which byte clears them is the LPS25H's rule."""
+    """Datasheet 9.20. The byte that clears each flag follows the rule of the LPS25H."""
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG1, 0x10)
     chip.wait(PS_PER_S)
@@ -181,7 +181,7 @@ def test_supply_current(control1: int, res_conf: int, microampere: float) -> Non
 
 
 def test_rpds_in_single_counts_as_setting() -> None:
-    """The unit of the header of ST's driver for the STEVAL-FCU001V1."""
+    """The unit is that in the header of ST's driver for the STEVAL-FCU001V1."""
     part = LPS22HB(constant(1000.0), constant(20.0), rpds_counts_per_lsb=1)
     part.write(RPDS_L, b"\x05\x00", 0)
     part.write(CTRL_REG1, b"\x50", 0)

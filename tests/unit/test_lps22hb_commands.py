@@ -26,7 +26,7 @@ INT_SOURCE, STATUS, PRESS_OUT_XL = 0x25, 0x27, 0x28
 
 @pytest.mark.parametrize(("res_conf", "conversion_ms"), [(0x00, 13), (0x01, 5)])
 def test_one_shot_measures_once(res_conf: int, conversion_ms: int) -> None:
-    """Datasheet 9.6; the times are the LPS22HH's, the LPS22HB's datasheet gives none."""
+    """Datasheet 9.6. The times are those of the LPS22HH, because the LPS22HB's datasheet gives none."""
     chip = Chip("LPS22HB")
     chip.write(RES_CONF, res_conf)
     chip.write(CTRL_REG2, 0x11)
@@ -42,7 +42,7 @@ def test_one_shot_measures_once(res_conf: int, conversion_ms: int) -> None:
 
 
 def test_one_shot_write_while_busy_does_not_restart() -> None:
-    """ST's example sets it on every poll."""
+    """ST's example sets the bit at every poll."""
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG2, 0x11)
     for _ in range(6):
@@ -75,7 +75,7 @@ def test_one_shot_works_again_and_again() -> None:
 
 
 def test_one_shot_at_running_rate_is_noted(words: Words) -> None:
-    """Datasheet 9.6: only with ODR = 000."""
+    """Datasheet 9.6: it is permitted only with ODR = 000."""
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG1, 0x30)
     chip.write(CTRL_REG2, 0x11)
@@ -129,7 +129,7 @@ def test_swreset_ends_one_shot() -> None:
 
 
 def test_boot_with_swreset_works() -> None:
-    """ST's firmware for the STEVAL-FCU001V1 writes 0x94, and the part works afterwards."""
+    """ST's firmware for the STEVAL-FCU001V1 writes 0x94, and the sensor works afterwards."""
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG1, 0x32)
     chip.write(CTRL_REG2, 0x94)
@@ -144,7 +144,7 @@ def test_boot_with_swreset_works() -> None:
 
 
 def test_ctrl_reg2_0xf8_still_measures() -> None:
-    """FIFO_EN in bypass mode gives plain outputs, BOOT ends by itself."""
+    """FIFO_EN in bypass mode gives plain outputs, and BOOT clears itself."""
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG2, 0xF8)
     chip.write(CTRL_REG1, 0x33)
@@ -174,7 +174,7 @@ def test_undefined_rate_measures_nothing_and_is_noted(code: int, words: Words) -
 
 @pytest.mark.parametrize(("control1", "boots_ps"), [(0x00, PS_PER_MS), (0x30, 40 * PS_PER_MS)])
 def test_boot_status_is_set_while_part_boots(control1: int, boots_ps: int) -> None:
-    """Datasheet 9.15; 9.6: one period of the data rate."""
+    """Datasheet 9.15; 9.6: the boot takes one period of the data rate."""
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG1, control1)
     chip.write(CTRL_REG2, 0x90)
@@ -187,7 +187,7 @@ def test_boot_status_is_set_while_part_boots(control1: int, boots_ps: int) -> No
 
 
 def test_power_on_as_setting() -> None:
-    """No time is documented; 2F6666h has been seen before the first conversion."""
+    """No time is documented. 2F6666h was observed before the first conversion."""
     part = LPS22HB(constant(1000.0), constant(20.0), powered_on_ps=PS_PER_MS, power_on_counts=0x2F6666)
 
     assert part.accessible(0)

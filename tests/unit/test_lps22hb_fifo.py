@@ -20,7 +20,7 @@ PERIOD_PS = PS_PER_S // 10
 
 
 def collecting(fifo_ctrl: int, *, stop_on_fth: bool = False, interrupt_above: int | None = None) -> Chip:
-    """A part that runs at 10 Hz; the interrupt, if any, comes at the first sample above so many hPa."""
+    """Return a sensor that runs at 10 Hz. An interrupt comes at the first sample above this number of hPa."""
     chip = Chip("LPS22HB")
     chip.world.signals["pressure_hpa"] = ramp((0.0,), (10.0,))
     chip.world.signals["temperature_degc"] = ramp((0.0,), (0.1,))
@@ -34,7 +34,7 @@ def collecting(fifo_ctrl: int, *, stop_on_fth: bool = False, interrupt_above: in
 
 
 def level(sample: int) -> bytes:
-    """The five bytes of sample ``sample``."""
+    """Return the five bytes of sample ``sample``."""
     return (4096 * sample).to_bytes(3, "little") + sample.to_bytes(2, "little")
 
 
@@ -52,7 +52,7 @@ def after(chip: Chip, samples: int) -> Chip:
 
 @pytest.mark.parametrize("fifo_ctrl", [0x00, 0x1F, 0xA0])
 def test_in_bypass_output_is_latest_sample(fifo_ctrl: int) -> None:
-    """Datasheet 5.1; the reserved mode 101b is taken as bypass."""
+    """Datasheet 5.1. The reserved mode 101b is treated as bypass."""
     chip = after(collecting(fifo_ctrl), 40)
     assert chip.byte(FIFO_STATUS) == 0x00
     assert chip.read(PRESS_OUT_XL, 10) == levels(40, 40)
@@ -71,7 +71,7 @@ def test_without_fifo_en_no_mode_collects() -> None:
 
 @pytest.mark.parametrize("write", [(FIFO_CTRL, 0x00), (CTRL_REG2, 0x10), (CTRL_REG2, 0x54)])
 def test_bypass_fifo_en_off_and_swreset_empty_it(write: tuple[int, int]) -> None:
-    """Datasheet 5.2: to restart FIFO mode, bypass first."""
+    """Datasheet 5.2: FIFO mode is restarted by a change to bypass."""
     chip = after(collecting(FIFO), 40)
     assert chip.byte(FIFO_STATUS) == OVR | 32
 
@@ -120,7 +120,7 @@ def test_stop_on_fth_limits_depth_to_watermark(mode: int) -> None:
 
 
 def test_watermark_flag_follows_fill() -> None:
-    """Datasheet 9.16; WTM = 0 never."""
+    """Datasheet 9.16. With WTM = 0 the flag is never set."""
     chip = after(collecting(FIFO | 3), 2)
     assert chip.byte(FIFO_STATUS) == 2
     assert after(chip, 1).byte(FIFO_STATUS) == FTH_FIFO | 3
@@ -146,7 +146,7 @@ def test_stream_overwrites_oldest(mode: int) -> None:
 
 
 def test_emptied_stream_repeats_its_last_level() -> None:
-    """Datasheet 5.3: the fill jumps from 0 to 2."""
+    """Datasheet 5.3: the fill level goes from 0 to 2 at once."""
     chip = after(collecting(STREAM), 1)
     assert chip.byte(FIFO_STATUS) == 1, "nothing has been read before"
     assert chip.read(PRESS_OUT_XL, 5) == level(1)
@@ -185,7 +185,7 @@ def test_stream_to_fifo_resumes_when_interrupt_is_read() -> None:
 
 @pytest.mark.parametrize("mode", [BYPASS_TO_STREAM, BYPASS_TO_FIFO])
 def test_bypass_modes_collect_after_interrupt(mode: int) -> None:
-    """Datasheet 5.6, 5.7: the sample that raises it is the first one collected."""
+    """Datasheet 5.6, 5.7: the sample that raises the interrupt is the first collected one."""
     chip = after(collecting(mode, interrupt_above=50), 50)
     assert (chip.byte(FIFO_STATUS), chip.read(PRESS_OUT_XL, 5)) == (0, level(50))
     assert after(chip, 40).byte(FIFO_STATUS) == OVR | 32
@@ -206,7 +206,7 @@ def test_reading_interrupt_ends_collecting(mode: int) -> None:
 
 
 def test_fifo_level_is_consumed_by_its_last_byte() -> None:
-    """ST's example reads 3 bytes at 28h and then 2 at 2Bh, other drivers burst."""
+    """ST's example reads 3 bytes at 28h and then 2 at 2Bh; other drivers read a burst."""
     chip = after(collecting(FIFO), 4)
     assert chip.read(PRESS_OUT_XL, 3) + chip.read(PRESS_OUT_XL, 3) == 2 * level(1)[:3]
     assert chip.byte(TEMP_OUT_L) == 1
@@ -219,7 +219,7 @@ def test_fifo_level_is_consumed_by_its_last_byte() -> None:
 
 
 def test_with_bdu_level_begun_is_not_overwritten() -> None:
-    """Datasheet 9.5, with a full stream running under it."""
+    """Datasheet 9.5, with a full stream that continues during the read."""
     chip = collecting(STREAM)
     chip.write(CTRL_REG1, 0x22)
     after(chip, 40)
@@ -230,7 +230,7 @@ def test_with_bdu_level_begun_is_not_overwritten() -> None:
 
 
 def test_offset_is_in_fifo() -> None:
-    """The FIFO holds what PRESS_OUT would show; RPDS is 1/16 hPa."""
+    """The FIFO has the values of PRESS_OUT; RPDS is in 1/16 hPa."""
     chip = collecting(FIFO)
     after(chip, 2)
     chip.write(0x18, 0x10)

@@ -1,4 +1,4 @@
-"""The LPS22HB's low-pass filter: on the signal, on the noise, LPFP_RES (datasheet 9.5, 9.23, Table 18)."""
+"""The LPS22HB's low-pass filter: signal, noise, and LPFP_RES (datasheet 9.5, 9.23, Table 18)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NOISE = LPS22HBErrors(pressure_noise_hpa=0.0075)
 
 
 def pressures(chip: Chip, count: int) -> list[float]:
-    """The next ``count`` samples in hPa."""
+    """Return the next ``count`` samples in hPa."""
     read = []
     for _ in range(count):
         chip.wait(PERIOD_PS)
@@ -29,7 +29,7 @@ def pressures(chip: Chip, count: int) -> list[float]:
 
 
 def stepping(control1: int) -> Chip:
-    """10 hPa up before sample 20; both signals step."""
+    """Return a sensor with a step of 10 hPa before sample 20; both signals step."""
     chip = Chip("LPS22HB")
     for channel, low, high in (("pressure_hpa", 1000.0, 1010.0), ("temperature_degc", 20.0, 30.0)):
         chip.world.signals[channel] = step(constant(low), constant(high), UP / RATE_HZ)
@@ -43,7 +43,7 @@ def test_step_without_filter_shows_at_once() -> None:
 
 @pytest.mark.parametrize(("control1", "divisor"), [(ODR_9, 9), (ODR_20, 20)])
 def test_filter_starts_settled_and_smooths_step(control1: int, divisor: int) -> None:
-    """Half-way takes about a quarter of the cut-off's period; it settles within a few of them."""
+    """The filter reaches half of the step after a quarter of the cut-off's period, and settles within a few periods."""
     read = pressures(stepping(control1), 200)
 
     assert read[:19] == [1000.0] * 19
@@ -79,7 +79,7 @@ def test_sine_at_cutoff_is_3_db_lower(control1: int, divisor: int) -> None:
 
 
 def test_reading_lpfp_res_restarts_filter() -> None:
-    """Datasheet 9.23: to avoid the transitory phase."""
+    """Datasheet 9.23: this avoids the transitory phase."""
     settling, restarted = stepping(ODR_20), stepping(ODR_20)
     for chip in (settling, restarted):
         pressures(chip, 22)
@@ -114,7 +114,7 @@ def test_changed_rate_restarts_filter() -> None:
 
 
 def test_one_shot_passes_no_filter() -> None:
-    """Datasheet Table 18: in continuous mode only."""
+    """Datasheet Table 18: the filter works only in continuous mode."""
     chip = stepping(0x0C)
     chip.t_ps = PS_PER_S
     chip.write(CTRL_REG2, 0x11)
@@ -132,7 +132,7 @@ def test_bdu_and_other_settings_leave_filter_alone() -> None:
 
 
 def test_world_change_keeps_filter_state() -> None:
-    """The filter goes on from the samples before, wherever somebody looked."""
+    """The filter continues from the samples before, for any times of reads."""
     for looks in (lambda chip: pressures(chip, 22), lambda chip: chip.wait(22 * PERIOD_PS)):
         chip = stepping(ODR_20)
         chip.world.signals["pressure_hpa"] = constant(1000.0)
@@ -146,7 +146,7 @@ def test_world_change_keeps_filter_state() -> None:
 
 
 def noise(control1: int, res_conf: int = 0x00, period_ps: int = PERIOD_PS) -> Array:
-    """4000 samples of a still world, hPa."""
+    """Return 4000 samples of a world at rest in hPa."""
     chip = Chip("LPS22HB", NOISE, seed=3)
     chip.write(RES_CONF, res_conf)
     chip.write(CTRL_REG1, control1)
@@ -158,7 +158,7 @@ def noise(control1: int, res_conf: int = 0x00, period_ps: int = PERIOD_PS) -> Ar
 
 
 def correlation(samples: Array) -> float:
-    """Of a sample with the next one."""
+    """Return the correlation of a sample with the next one."""
     return float(np.corrcoef(samples[1:], samples[:-1])[0, 1])
 
 
@@ -183,12 +183,12 @@ def test_low_current_is_noisier_than_low_noise(control1: int) -> None:
 
 
 def test_noise_in_lab_setting_is_10_cm() -> None:
-    """No document has a figure: 10 cm are chosen, at 8.4 m for each hPa."""
+    """No document has a figure. 10 cm were chosen, with 8.4 m for each hPa."""
     assert 8.4 * noise(0x30, 0x01, PS_PER_S // 25).std() == pytest.approx(0.10, rel=0.05)
 
 
 def test_filtered_samples_do_not_depend_on_reads() -> None:
-    """Noise, a moving world and the filter; over more samples than are computed at once."""
+    """The noise, a moving world and the filter are tested over more samples than are computed at once."""
     looks: list[Callable[[Chip], None]] = [lambda chip: None, lambda chip: chip.part.world_changed(chip.t_ps)]
     for disturb in looks:
         often, rarely = Chip("LPS22HB", NOISE, seed=1), Chip("LPS22HB", NOISE, seed=1)

@@ -38,7 +38,7 @@ from tests.support.lps22hb_fakes import (
     ],
 )
 def test_flags_follow_difference(enabled: int, expected: list[int]) -> None:
-    """Datasheet 9.1, 9.2 and 9.15: +-THS_P in 1/16 hPa about the reference; exactly there is neither."""
+    """Datasheet 9.1, 9.2 and 9.15: +-THS_P in 1/16 hPa about the reference. At exactly this value no flag is set."""
     lsb = 1 / 4096
     chip = measuring(1000.0, 1002.0, 1002.0 + lsb, 998.0, 998.0 - lsb)
     threshold(chip, 2.0)
@@ -56,7 +56,7 @@ def test_both_references_are_compared_with(reference: int) -> None:
 
 
 def test_without_reference_pressure_itself_is_compared() -> None:
-    """REF_P as written by firmware does not count."""
+    """A REF_P that firmware has written has no effect."""
     chip = measuring(999.0, 1001.0)
     chip.write(REF_P_XL, *(900 * 4096).to_bytes(3, "little"))
     threshold(chip, 1000.0)

@@ -97,7 +97,7 @@ def test_watermark_falls_with_last_byte_of_level() -> None:
     ],
 )
 def test_interrupts_instead_of_data_signals(int_s: int, expected: list[tuple[float, int]]) -> None:
-    """Datasheet Table 19; the data signals, enabled here too, are left out."""
+    """Datasheet Table 19. The data signals are enabled here, too, but have no effect."""
     chip = measuring(1000.0, 1005.0, 1000.0, 995.0, 1000.0)
     wire = Wire(chip)
     threshold(chip, 2.0)

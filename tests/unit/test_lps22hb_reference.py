@@ -28,7 +28,7 @@ from tests.support.sensor_fakes import PS_PER_MS, PS_PER_S, PS_PER_US
 
 
 def test_autozero_captures_next_pressure_and_subtracts_it() -> None:
-    """Datasheet 9.1; LPS35HW drivers wait until the bit is 0 and then read."""
+    """Datasheet 9.1. LPS35HW drivers wait until the bit is 0 and then read."""
     chip = measuring(1000.0, 1001.0, 1003.5, 990.0, 1004.0)
     assert next_hpa(chip) == 1000.0
 
@@ -54,7 +54,7 @@ def test_autorifp_captures_but_leaves_output_alone() -> None:
 
 
 def test_autozero_replaces_rpds_and_autorifp_keeps_it() -> None:
-    """Datasheet 9.1 and 9.12: PRESS_OUT = P - RPDS, under AUTOZERO P - REF_P."""
+    """Datasheet 9.1 and 9.12: PRESS_OUT = P - RPDS, and with AUTOZERO P - REF_P."""
     chip = measuring(1000.0)
     chip.write(RPDS_L, 32)
     assert next_hpa(chip) == 998.0
@@ -104,7 +104,7 @@ def test_resets_clear_themselves(reset: int) -> None:
 
 
 def test_swreset_ends_autozero() -> None:
-    """The output is P - RPDS again; RPDS is not reset (datasheet 9.6)."""
+    """The output is P - RPDS again, because RPDS is not reset (datasheet 9.6)."""
     chip = measuring(1000.0)
     chip.write(RPDS_L, 32)
     chip.write(INTERRUPT_CFG, AUTOZERO)

@@ -24,7 +24,7 @@ FUNC_CFG_ACCESS, STATUS_REG, X_OFS_USR = 0x01, 0x1E, 0x73
 
 
 def measured(channel: Channel, writes: Writes, *values: float) -> tuple[int, ...]:
-    """The counts a still world gives after ``writes``."""
+    """Return the counts of a world at rest after ``writes``."""
     chip = Chip("LSM6DSL")
     chip.set(channel.name, *values)
     chip.configure(writes)
@@ -64,7 +64,7 @@ def test_lsm6dsl_application_note_vector(channel: Channel, value: float, word: i
 
 
 def test_big_endian_words_have_high_byte_first() -> None:
-    """AN5040 4.5.1; switched during a measurement, the sample at hand turns too."""
+    """AN5040 4.5.1. A change during a measurement also affects the present sample."""
     chip = Chip("LSM6DSL")
     chip.configure(ACCELEROMETER.scales[0][0])
     chip.wait(PS_PER_S)
@@ -81,7 +81,7 @@ def test_big_endian_words_have_high_byte_first() -> None:
 
 @pytest.mark.parametrize(("ctrl6", "weight_g"), [(0x00, 2**-10), (0x08, 2**-6)])
 def test_user_offset_is_subtracted_on_z(ctrl6: int, weight_g: float) -> None:
-    """AN5040 4.6: weight by USR_OFF_W, whatever the full scale."""
+    """AN5040 4.6. USR_OFF_W selects the weight, which does not depend on the full scale."""
     offsets = ((X_OFS_USR, 10), (X_OFS_USR + 1, 0x100 - 20), (X_OFS_USR + 2, 30), (CTRL6_C, ctrl6))
     for writes, lsb_g in ACCELEROMETER.scales:
         counts = measured(ACCELEROMETER, (*offsets, *writes), 0.1, 0.2, 0.3)
@@ -234,7 +234,7 @@ def test_forbidden_code_is_noted(address: int, value: int, words: Words) -> None
 
 
 def test_burst_without_if_inc_stays_at_address() -> None:
-    """Datasheet T59: for reads and writes."""
+    """Datasheet T59: this applies to reads and writes."""
     chip = Chip("LSM6DSL")
     chip.configure((*ACCELEROMETER.scales[0][0], (CTRL3_C, 0x00)))
     chip.wait(PS_PER_S)

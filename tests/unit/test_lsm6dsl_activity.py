@@ -43,7 +43,7 @@ MOVING: tuple[Sample, ...] = ((300.0, 0.0, 0.0), (-300.0, 0.0, 0.0))
 
 
 def woken_at(at_s: float) -> Bench:
-    """Still from power-up on, with slope 0, then a steady motion far above the threshold."""
+    """Return a sensor at rest from power-up, with slope 0, and from ``at_s`` in motion far above the threshold."""
     bench = Bench([STILL])
     bench.world.signals["acceleration_g"] = step(
         ramp((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), ramp((0.5, 0.0, 0.0), (0.0, 0.0, 0.0)), at_s
@@ -52,7 +52,7 @@ def woken_at(at_s: float) -> Bench:
 
 
 def samples_seen(bench: Bench, register: int, flag: int, until_ps: int, step_ps: int) -> int:
-    """How many new samples a reader finds that looks every ``step_ps``."""
+    """Return the number of new samples that a reader finds who reads every ``step_ps``."""
     found = 0
     while bench.t_ps < until_ps:
         bench.wait(step_ps)
@@ -63,7 +63,7 @@ def samples_seen(bench: Bench, register: int, flag: int, until_ps: int, step_ps:
 
 @pytest.mark.parametrize(("code", "samples"), [(0, 16), (1, 512), (2, 1024), (15, 7680)])
 def test_sleep_starts_after_its_duration(code: int, samples: int) -> None:
-    """16/ODR, or 512/ODR per LSB, from the first still sample on."""
+    """The duration is 16/ODR, or 512/ODR per LSB, from the first sample at rest."""
     bench = Bench([STILL], THRESHOLD, (WAKE_UP_DUR, code), (TAP_CFG, ENABLE | INACT_XL_ONLY))
 
     assert bench.at(samples - 1).byte(WAKE_UP_SRC) & SLEEP_STATE_IA == 0
@@ -198,7 +198,7 @@ def test_activity_does_not_depend_on_reads(step_ps: int) -> None:
 
 
 def test_activity_at_6664_hz_is_noted(words: Words) -> None:
-    """AN5040 5.6: 3.3 kHz at most."""
+    """AN5040 5.6: at most 3.3 kHz is permitted."""
     bench = Bench([STILL], (TAP_CFG, ENABLE | INACT_XL_ONLY), xl=0x90)
     assert bench.notes == []
 

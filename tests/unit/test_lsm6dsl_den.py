@@ -1,4 +1,4 @@
-"""Data enable of the LSM6DSL: the level on INT2 marks samples or lets them through (AN5040 4.8)."""
+"""Data enable of the LSM6DSL: the level of INT2 marks samples or enables them (AN5040 4.8)."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ PERIOD_PS = -(-PS_PER_S // 104)
 
 
 class Bench(Chip):
-    """Acceleration that changes by some counts a sample, at 104 Hz; ``edges`` of INT1."""
+    """A sensor with an acceleration that changes by some counts per sample, at 104 Hz; ``edges`` of INT1."""
 
     def __init__(self, *writes: tuple[int, int]) -> None:
         super().__init__("LSM6DSL")
@@ -47,12 +47,12 @@ class Bench(Chip):
         self.configure(((CTRL3_C, 0x44), (CTRL5_C, DEN_LH), *writes))
 
     def drive(self, *levels: int) -> None:
-        """Levels one after the other, now."""
+        """Set levels one after the other at the present time."""
         for level in levels:
             self.pin.apply(level, self.t_ps)
 
     def after(self, sample: int) -> None:
-        """Go to a moment between ``sample`` (1, 2 ...) and the next."""
+        """Go to a time between ``sample`` (1, 2 ...) and the next one."""
         self.t_ps = sample_ps(0, 104, sample) + PERIOD_PS // 2
 
     def stamps(self, axis: int = 0) -> int:
@@ -63,7 +63,7 @@ class Bench(Chip):
 
 
 def stamping(mode: int, *writes: tuple[int, int]) -> Bench:
-    """The accelerometer carries the stamp on all axes."""
+    """Return a sensor whose accelerometer marks the samples of all axes."""
     return Bench((CTRL6_C, mode), (CTRL9_XL, ON_XL | ALL_AXES), *writes, (CTRL1_XL, HZ_104))
 
 
@@ -95,7 +95,7 @@ def test_sample_at_den_change_has_previous_level() -> None:
 
 @pytest.mark.parametrize("axis", range(3))
 def test_only_axes_chosen_are_stamped(axis: int) -> None:
-    """DEN_X, DEN_Y, DEN_Z; the others keep their own LSB."""
+    """DEN_X, DEN_Y, DEN_Z; the other axes keep their own LSB."""
     plain, stamped = Bench((CTRL1_XL, HZ_104)), Bench((CTRL6_C, LEVEL), (CTRL1_XL, HZ_104))
     stamped.write(CTRL9_XL, ON_XL | 0x80 >> axis)
     stamped.drive(1)
@@ -135,7 +135,7 @@ def test_den_latched_marks_first_sample_after_pulse() -> None:
 
 
 def test_den_fifo_windows_have_alternating_marks() -> None:
-    """0 in the first window, 1 in the second."""
+    """The mark is 0 in the first window and 1 in the second."""
     bench = stamping(FIFO, (FIFO_CTRL3, 0x01), (FIFO_CTRL5, CONTINUOUS))
     for sample, level in ((2, 1), (5, 0), (9, 1), (11, 0), (14, 1), (15, 0)):
         bench.after(sample)
@@ -310,7 +310,7 @@ def test_pin_has_two_levels() -> None:
 
 @pytest.mark.parametrize(("on", "value"), [(False, 0x00), (True, 0xE0)])
 def test_reset_value_of_den_axes_is_configurable(on: bool, value: int) -> None:
-    """Datasheet Table 19 says 0x00, Table 75 and AN5040 4.8.5 say 0xE0."""
+    """Datasheet Table 19 has 0x00, but Table 75 and AN5040 4.8.5 have 0xE0."""
     world = FakeWorld()
     part = LSM6DSL(
         world["acceleration_g"], world["angular_rate_dps"], world["temperature_degc"], den_axes_on=on

@@ -1,4 +1,4 @@
-"""CTRL4_C.DRDY_MASK: no data-ready from samples that are to be discarded (AN5040 Rev 3, Tables 12 to 16)."""
+"""CTRL4_C.DRDY_MASK: no data-ready for samples that should be discarded (AN5040 Rev 3, Tables 12 to 16)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MASK = (CTRL4_C, 0x08)
 
 
 def hidden(chip: Chip, channel: Channel, writes: Writes, most: int = 600) -> int:
-    """How many samples come after ``writes`` before data-ready does."""
+    """Return the number of samples after ``writes`` before data-ready is set."""
     began_ps = chip.t_ps
     chip.configure(writes)
     for number in range(most):
@@ -31,7 +31,7 @@ def hidden(chip: Chip, channel: Channel, writes: Writes, most: int = 600) -> int
 
 
 def running(writes: Writes) -> Chip:
-    """Long after it was switched on, everything read."""
+    """Return a sensor long after it was switched on, with all data read."""
     chip = Chip("LSM6DSL")
     chip.configure((MASK, *writes))
     chip.wait(5 * PS_PER_S)
@@ -56,7 +56,7 @@ def test_accelerometer_turn_on(code: int, wide: int, narrow: int) -> None:
 
 @pytest.mark.parametrize(("ctrl1", "samples"), [(0x40, 0), (0x42, 1), (0x70, 1), (0xB0, 0)])
 def test_accelerometer_turn_on_in_low_power(ctrl1: int, samples: int) -> None:
-    """Table 13; 833 Hz is high performance whatever XL_HM_MODE says."""
+    """Table 13. 833 Hz is always high performance, for any XL_HM_MODE."""
     channel = replace(ACCELEROMETER, rate_hz={0x70: 833, 0xB0: ACCELEROMETER.rate_hz / 65}.get(ctrl1, 104))
     assert hidden(Chip("LSM6DSL"), channel, (MASK, LOW_POWER, (CTRL1_XL, ctrl1))) == samples
 
@@ -89,7 +89,7 @@ def test_accelerometer_changes(before: Writes, change: Writes, code: int, sample
     [(1, 2, 2), (2, 3, 3), (4, 3, 4), (5, 3, 5), (6, 3, 6), (7, 3, 9), (8, 135, 135), (10, 540, 540)],
 )
 def test_gyroscope_turn_on_in_high_performance(code: int, off: int, on: int) -> None:
-    """Table 16, without and with LPF1; the larger number of a range."""
+    """Table 16, without and with LPF1. The larger number of a range is used."""
     channel, ctrl2 = at_rate(GYROSCOPE, code), (CTRL2_G, code << 4)
     assert hidden(Chip("LSM6DSL"), channel, (MASK, ctrl2)) == off
     assert hidden(Chip("LSM6DSL"), channel, ((CTRL4_C, 0x0A), ctrl2)) == on
@@ -167,7 +167,7 @@ def test_earlier_data_ready_is_masked() -> None:
 
 
 def test_words_of_fifo_are_tagged() -> None:
-    """7FFF, one of the values AN5040 allows, until the 13 samples of Table 13 are over."""
+    """The tag is 7FFF, one of the values in AN5040, until the 13 samples of Table 13 are over."""
     chip = fast(MASK, (CTRL3_C, 0x44), (FIFO_CTRL3, 0x01), (FIFO_CTRL5, 0x56))
     chip.t_ps = FAST.sample_ps(14)
     words = [chip.counts(replace(FAST, address=FIFO_DATA_OUT, axes=1))[0] for _ in range(45)]

@@ -1,7 +1,7 @@
 """The LSM6DSL's embedded functions (datasheet DocID028475 Rev 7; application note AN5040 Rev 3, section 6).
 
-ST does not publish the step algorithm; these tests ask for what any conforming one must do with an
-unmistakable walk: a vertical bounce of 0.3 g, twice a second.
+ST does not publish the step algorithm. These tests check the behaviour that any valid algorithm must have with a
+clear walk: a vertical bounce of 0.3 g, twice a second.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ BOUNCES_PER_S = 2
 
 
 def bounce(count: int, at_s: float = 0.0, amplitude_g: float = 0.3) -> Callable[[Array], Array]:
-    """Stands still, bounces ``count`` times from ``at_s`` on, stands still."""
+    """Return the acceleration of a board at rest that bounces ``count`` times from ``at_s``."""
 
     def signal(t_s: Array) -> Array:
         walking = (t_s >= at_s) & (t_s < at_s + count / BOUNCES_PER_S)
@@ -48,7 +48,7 @@ def bounce(count: int, at_s: float = 0.0, amplitude_g: float = 0.3) -> Callable[
 
 
 def turned(*times_and_angles: tuple[float, float]) -> Callable[[Array], Array]:
-    """Gravity in the Z-X plane, at an angle in degrees from each time in seconds on."""
+    """Return gravity in the Z-X plane, at an angle in degrees from each time in seconds."""
 
     def signal(t_s: Array) -> Array:
         angle = np.zeros_like(t_s)
@@ -66,7 +66,7 @@ def running(
     bank_a: Writes = (),
     errors: LSM6DSLErrors | None = None,
 ) -> Chip:
-    """Set up as in AN5040 6.1: bank A while in power-down, the accelerometer, then the functions."""
+    """Set up as in AN5040 6.1: bank A in power-down, the accelerometer, then the functions."""
     chip = Chip("LSM6DSL", errors)
     chip.world.signals["acceleration_g"] = signal
     if bank_a:
@@ -82,7 +82,7 @@ def steps(chip: Chip) -> int:
 def events(
     chip: Chip, until_s: float, source: int = FUNC_SRC1, every_ps: int = 10 * PS_PER_MS
 ) -> list[float]:
-    """When a new bit was seen in a source register, in seconds, looking every 10 ms."""
+    """Return the times in seconds at which a bit was newly set in a source register, polled every 10 ms."""
     found, before = [], 0
     while chip.t_ps < until_s * PS_PER_S:
         chip.wait(every_ps)
@@ -128,7 +128,7 @@ def test_debounce_steps(deb_step: int, counted: int) -> None:
     [(13, 8), (5, 0)],  # 1040 ms bridge the 500 ms between two steps, 400 ms do not
 )
 def test_debounce_time(deb_time: int, counted: int) -> None:
-    """Datasheet 11.18: 80 ms per LSB; after a longer pause the debounce begins anew."""
+    """Datasheet 11.18: 80 ms per LSB. After a longer pause the debounce begins again."""
     chip = running(PEDO_EN, bounce(8), bank_a=((PEDO_DEB, deb_time << 3 | 6),))
     chip.wait(10 * PS_PER_S)
 
@@ -170,7 +170,7 @@ def test_pedometer_threshold_follows_its_register(
 @pytest.mark.parametrize("code", range(1, 12))
 @pytest.mark.parametrize("percent", [0.0, -7.0, 7.0])
 def test_all_rates_from_26_hz_count_equal_steps(code: int, percent: float, words: Words) -> None:
-    """By their nominal value: a part that is a little slow counts steps as well."""
+    """The rates have their nominal values; a sensor that is a little slow counts steps, too."""
     errors = LSM6DSLErrors(odr_percent=percent)
     chip = running(PEDO_EN, bounce(12), xl=code << 4, errors=errors)
     chip.wait(10 * PS_PER_S)
@@ -182,7 +182,7 @@ def test_all_rates_from_26_hz_count_equal_steps(code: int, percent: float, words
 
 
 def test_step_counter_survives_off_and_clears_on_request() -> None:
-    """AN5040 6.1: PEDO_RST_STEP holds the counter at 0 until it is cleared."""
+    """AN5040 6.1: PEDO_RST_STEP keeps the counter at 0 until the bit is cleared."""
     chip = running(PEDO_EN, bounce(1000))
     chip.wait(10 * PS_PER_S)
     counted = steps(chip)
@@ -222,7 +222,7 @@ def test_soft_reset_clears_uncounted_steps() -> None:
 
 
 def test_step_counter_overflow_is_flagged() -> None:
-    """The counter wraps after 65535. Nine hours of walking are left out: the counter is set by hand."""
+    """The counter wraps after 65535. To avoid nine hours of walking, the test sets the counter."""
     chip = running(PEDO_EN, bounce(8), bank_a=((PEDO_DEB, 0x68),))
     chip.part.registers.mem[STEP_COUNTER : STEP_COUNTER + 2] = (65535 - 5).to_bytes(2, "little")
     seen, overflows = [], []
@@ -254,7 +254,7 @@ def test_step_detected_lasts_one_period_of_26_hz() -> None:
 
 @pytest.mark.parametrize(("routed", "latched"), [(0x80, True), (0x00, False)])
 def test_latched_until_read_only_if_routed(routed: int, latched: bool) -> None:
-    """AN5040 6.1 and 5.1: LIR = 1 holds what is routed to a pin."""
+    """AN5040 6.1 and 5.1: LIR = 1 holds the signals that are routed to a pin."""
     chip = running(PEDO_EN, bounce(1), bank_a=((PEDO_DEB, 0x68),))
     chip.configure(((TAP_CFG, 0x01), (INT1_CTRL, routed)))
     chip.wait(5 * PS_PER_S)
@@ -264,7 +264,7 @@ def test_latched_until_read_only_if_routed(routed: int, latched: bool) -> None:
 
 
 def test_pulses_and_latched_events_on_signal() -> None:
-    """150 us on the pin (AN5040 6.1); latched, until the event's own source register is read."""
+    """The pulse is 150 us on the pin (AN5040 6.1). Latched, it lasts until the source register of the event is read."""
     registers = RegisterFile(LSM6DSL.MAP)
     signals, stream = Signals(), SampleStream(6, lambda number, t_s: bytes(6 * len(t_s)))
     chip = FeatureChip(
@@ -299,7 +299,7 @@ def test_pulses_and_latched_events_on_signal() -> None:
 
 @pytest.mark.parametrize("every_event", [True, False])
 def test_steps_and_tilts_share_pin(every_event: bool) -> None:
-    """Pulses of 150 us on INT1 in the order of time, whether it is watched or looked at in the end."""
+    """Pulses of 150 us on INT1 come in the order of time, with continuous reads or with one read at the end."""
 
     def signal(t_s: Array) -> Array:
         return bounce(10)(t_s)[:, 2:] * turned((1.3, 60.0), (3.6, 0.0))(t_s)
@@ -323,7 +323,7 @@ def test_steps_and_tilts_share_pin(every_event: bool) -> None:
 
 @pytest.mark.parametrize(("timer_hr", "tick_ps"), [(0x10, 25 * PS_PER_US), (0x00, 6400 * PS_PER_US)])
 def test_step_timestamp_is_upper_part_of_step_time(timer_hr: int, tick_ps: int) -> None:
-    """Datasheet 9.60: TIMESTAMP2 and TIMESTAMP1 at the last step, whoever looks when."""
+    """Datasheet 9.60: TIMESTAMP2 and TIMESTAMP1 at the last step, for any times of reads."""
     chip = running(PEDO_EN | TIMER_EN, bounce(1, at_s=5.0), bank_a=((PEDO_DEB, 0x68),))
     chip.write(WAKE_UP_DUR, timer_hr)
     chip.wait(60 * PS_PER_S)
@@ -369,7 +369,7 @@ def test_delta_time_needs_low_timer_resolution(words: Words) -> None:
 def test_significant_motion_after_more_steps_than_threshold(
     threshold: int, debounce: int, steps_needed: int
 ) -> None:
-    """AN5040 6.2: more than SM_THS steps, and no fewer than the debounce needs."""
+    """AN5040 6.2: more than SM_THS steps, and at least as many as the debounce needs."""
     chip = running(
         SIGN_MOTION_EN, bounce(steps_needed + 5), bank_a=((SM_THS, threshold), (PEDO_DEB, 0x68 | debounce))
     )
@@ -396,7 +396,7 @@ def test_significant_motion_restarts_after_each_event() -> None:
 
 
 def test_first_tilt_waits_two_seconds() -> None:
-    """AN5040 6.3: more than 35 degrees from where the last event found the part."""
+    """AN5040 6.3: more than 35 degrees from the position at the last event."""
     chip = running(TILT_EN, turned((5.0, 40.0), (10.0, 60.0), (12.0, 80.0), (15.0, 0.0)))
 
     assert events(chip, 20.0) == [
@@ -438,7 +438,7 @@ def test_in_free_fall_nothing_tilts() -> None:
 
 
 def test_wrist_tilt_with_reset_values() -> None:
-    """Bank B, datasheet Table 224: 600 ms, 500 mg, X both ways; an event per position taken."""
+    """Bank B, datasheet Table 224: 600 ms, 500 mg, X in both directions; one event for each new position."""
     chip = running(WRIST_TILT_EN, turned((1.0, 29.0), (3.0, 31.0), (5.0, -31.0), (5.4, 0.0), (6.0, -90.0)))
 
     assert events(chip, 10.0, FUNC_SRC2) == [
@@ -460,7 +460,7 @@ def test_wrist_tilt_names_axis_and_direction() -> None:
 
 
 def test_wrist_tilt_settings_of_bank_b() -> None:
-    """40 ms and 15.625 mg per LSB; only the directions of the mask."""
+    """40 ms and 15.625 mg per LSB; only the directions of the mask are detected."""
     chip = running(WRIST_TILT_EN, turned((2.0, 18.0), (4.0, -40.0)))
     chip.configure(((FUNC_CFG_ACCESS, 0xA0), (0x50, 0x05), (0x54, 0x10), (0x59, 0x80), (FUNC_CFG_ACCESS, 0)))
 
@@ -510,7 +510,7 @@ def test_wrist_tilt_threshold_above_90_degrees_is_noted(words: Words) -> None:
 
 
 def test_bank_a_write_outside_power_down_is_noted(words: Words) -> None:
-    """AN5040 section 6; it is noted and works."""
+    """AN5040 section 6. The write is noted and takes effect."""
     chip = running(PEDO_EN, bounce(3))
     chip.configure(((FUNC_CFG_ACCESS, 0x80), (PEDO_DEB, 0x68), (FUNC_CFG_ACCESS, 0x00)))
     chip.wait(3 * PS_PER_S)
@@ -526,7 +526,7 @@ def test_bank_a_write_outside_power_down_is_noted(words: Words) -> None:
 @settings(max_examples=40)
 @given(moments=st.lists(st.integers(0, 15 * PS_PER_S), max_size=15))
 def test_embedded_functions_do_not_depend_on_reads(moments: list[int]) -> None:
-    """All functions on, a walk that turns; registers are read at any moment or only at the end."""
+    """All functions are on during a walk with turns. Registers are read at any times or only at the end."""
 
     def signal(t_s: Array) -> Array:
         return bounce(25, at_s=1.0)(t_s)[:, 2:] * turned((3.0, 50.0), (9.0, 0.0), (14.9, 40.0))(t_s)

@@ -1,4 +1,4 @@
-"""What the event functions of the LSM6DSL look at: samples before LPF2 (AN5040 3.7; datasheet figure 8)."""
+"""Input of the LSM6DSL's event functions: samples before LPF2 (AN5040 3.7; datasheet figure 8)."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ EVERYTHING = ((WAKE_UP_THS, 8), (FREE_FALL, 2 << 3 | 3), (TAP_THS_6D, 0x44), (TA
 
 
 def low_passed(samples: list[Sample], cutoff: float) -> Array:
-    """Second-order Butterworth, settled on the first sample; ``cutoff`` over the sample rate; (n, 3)."""
+    """Apply a second-order Butterworth, settled on the first sample, to (n, 3); ``cutoff`` over the sample rate."""
     b, a = signal.butter(2, 2 * cutoff)
     values = np.array(samples)
     passed: Array = signal.lfilter(b, a, values, axis=0, zi=np.outer(signal.lfilter_zi(b, a), values[0]))[0]
@@ -52,7 +52,7 @@ def test_composite_filter_does_not_change_events(ctrl8: int, register: int) -> N
 
 
 def test_user_offset_is_for_outputs_only() -> None:
-    """AN5040 4.6. 127 * 2^-6 g would end any free fall."""
+    """AN5040 4.6. Otherwise 127 * 2^-6 g would end any free fall."""
     offset = (CTRL6_C, 0x08), (X_OFS_USR, 127)
 
     assert source_bits(WAKE_UP_SRC, MOVING, *EVERYTHING, *offset) == source_bits(
@@ -63,7 +63,7 @@ def test_user_offset_is_for_outputs_only() -> None:
 
 @pytest.mark.parametrize(("hpcf", "divisor"), [(0x00, 50), (0x20, 100), (0x40, 9), (0x60, 400)])
 def test_6d_can_use_output_of_lpf2(hpcf: int, divisor: int) -> None:
-    """LOW_PASS_ON_6D: from flat onto the side, over 50 degrees as LPF2 lets it come."""
+    """LOW_PASS_ON_6D: the board turns from flat onto its side, and LPF2 delays the angle of 50 degrees."""
     samples = [FLAT] * 10 + [ON_X] * 300
     tilted = low_passed(samples, 1 / divisor)
     over = np.abs(tilted) > 1000 * np.cos(np.radians(50))
@@ -95,7 +95,7 @@ def test_lpf1_is_in_front_of_events() -> None:
 @pytest.mark.parametrize("looks", [0, 1, 7])
 @pytest.mark.parametrize("ctrl8", [0, INPUT_COMPOSITE, LPF2_ODR_400 | LOW_PASS_ON_6D])
 def test_world_change_affects_later_event_samples_only(looks: int, ctrl8: int) -> None:
-    """Whoever has looked before."""
+    """The times of earlier reads have no effect."""
     bench = Bench([FLAT], *EVERYTHING, (0x5E, 0xFC), (CTRL8_XL, ctrl8))
     bench.write(TAP_CFG, ENABLE | 0x0E)
     for look in range(looks):

@@ -1,8 +1,8 @@
-"""The first samples that the event functions of the LSM6DSL see: what a board at rest reports, and when.
+"""The first samples of the LSM6DSL's event functions: reports of a board at rest, and their times.
 
-AN5040 5.3: the slope filter begins with half its first sample, so that switching the accelerometer on with
-wake-up enabled wakes; ST says the same of the sister part LIS2DW12, whose filter settles with one sample.
-Nothing else does: a filter that runs goes on, one that is switched on later begins with its first sample.
+AN5040 5.3: the slope filter begins with half of its first sample, so that switching the accelerometer on with wake-up
+enabled causes a wake-up. ST says the same of the similar LIS2DW12, whose filter settles with one sample. There is no
+other such event: a running filter continues, and one that is switched on later begins with its first sample.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ CHANGES: dict[str, tuple[int, Writes]] = {  # CTRL1_XL before, and what is writt
 
 
 class Pins(Chip):
-    """A board that lies flat and still for ever; ``rises``: how often INT1 rose since the last look."""
+    """A board that lies flat and at rest; ``rises`` returns the rising edges of INT1 since the last call."""
 
     def __init__(self, *writes: tuple[int, int]) -> None:
         super().__init__("LSM6DSL")
@@ -61,7 +61,7 @@ class Pins(Chip):
         self.configure(writes)
 
     def rises(self, after_s: float = 0.4) -> list[float]:
-        """Let time pass; when INT1 rose, in periods of 416 Hz from before."""
+        """Let time pass; return the times of INT1's rising edges, in periods of 416 Hz since the call."""
         begin_ps = self.t_ps
         self.wait(round(after_s * PS_PER_S))
         self.part.catch_up(self.t_ps)
@@ -123,7 +123,7 @@ def test_function_enabled_later_starts_with_its_first_sample(function: str, expe
 
 @pytest.mark.parametrize("change", CHANGES)
 def test_waking_from_inactivity_is_one_event(change: str) -> None:
-    """Inactivity changes the rate by itself: to 12.5 Hz and back."""
+    """Inactivity changes the rate automatically, to 12.5 Hz and back."""
     md1, tap, others = FUNCTIONS["inactivity"]
     before, writes = CHANGES[change]
     chip = Pins(*THRESHOLDS, *others, (MD1_CFG, md1 | 0x20), (TAP_CFG, tap), (CTRL1_XL, before))

@@ -42,13 +42,13 @@ FLAT: Sample = (0.0, 0.0, 1000.0)
 
 
 def along(axis: int, mg: float) -> Sample:
-    """``mg`` on one axis, nothing on the others."""
+    """Return ``mg`` on one axis, and 0 on the others."""
     x, y, z = (mg if number == axis else 0.0 for number in range(3))
     return x, y, z
 
 
 def numbers(bits: list[int], mask: int) -> list[int]:
-    """The samples at which any bit of ``mask`` is set."""
+    """Return the samples at which any bit of ``mask`` is set."""
     return [number for number, value in enumerate(bits) if value & mask]
 
 
@@ -68,7 +68,7 @@ def test_free_fall_threshold_ignores_full_scale(code: int, mg: int, full_scale: 
 
 @pytest.mark.parametrize("duration", [0, 1, 6, 31, 32, 63])
 def test_free_fall_is_reported_after_its_duration(duration: int) -> None:
-    """FF_DUR periods after the first sample of the fall; and no longer than it lasts."""
+    """It is reported FF_DUR periods after the first sample of the fall, and only while the fall lasts."""
     samples = [FLAT] * 5 + [STILL] * 70 + [FLAT] * 2
     writes = (FREE_FALL, (duration & 0x1F) << 3 | 3), (WAKE_UP_DUR, (duration >> 5) << 7)
 
@@ -101,7 +101,7 @@ def test_wake_up_threshold_is_full_scale_over_64(bits: int, g: int, code: int, a
 
 
 def test_first_slope_is_half_of_gravity() -> None:
-    """AN5040 5.3: one spurious wake-up, as on silicon; not again when the interrupts are enabled later."""
+    """AN5040 5.3: there is one spurious wake-up, as with the real sensor, but not when interrupts are enabled later."""
     assert numbers(source_bits(WAKE_UP_SRC, [FLAT] * 5, (WAKE_UP_THS, 15)), WU_IA) == [0]
     assert numbers(source_bits(WAKE_UP_SRC, [FLAT] * 5, (WAKE_UP_THS, 17)), WU_IA) == []
 
@@ -120,7 +120,7 @@ def test_wake_up_needs_wake_dur_over_threshold(duration: int) -> None:
 
 
 def test_high_pass_for_wake_up_outlasts_slope() -> None:
-    """SLOPE_FDS: after a step the slope is back at once, the high-pass at ODR/9 decays."""
+    """SLOPE_FDS: after a step the slope returns to 0 at once, but the high-pass at ODR/9 decays."""
     samples = [STILL] * 3 + [(1000.0, 0.0, 0.0)] * 40
     ths = (WAKE_UP_THS, 8)  # 250 mg
 
@@ -151,7 +151,7 @@ def test_orientation_is_reported_at_its_second_sample(axis: int, sign: int, bit:
 @pytest.mark.parametrize(("code", "angle"), list(enumerate((80, 70, 60, 50))))
 @pytest.mark.parametrize("full_scale", [bits for bits, _ in FULL_SCALES])
 def test_orientation_angle(code: int, angle: int, full_scale: int) -> None:
-    """Recognised while no second axis comes within SIXD_THS of the vertical, whatever the full scale."""
+    """An orientation is recognised while no second axis is within SIXD_THS of the vertical, for any full scale."""
     for tilt, known in ((90 - angle - 1, True), (90 - angle + 1, False)):
         x, z = 1000 * math.sin(math.radians(tilt)), 1000 * math.cos(math.radians(tilt))
         bench = Bench([(x, 0.0, z)], (TAP_THS_6D, code << 5), (TAP_CFG, ENABLE), xl=ON | full_scale)
@@ -165,7 +165,7 @@ def test_single_sample_is_not_orientation() -> None:
 
 
 def test_4d_ignores_z() -> None:
-    """AN5040 5.4.2 sets D4D_EN to enable it (the datasheet's sentence has it the other way round)."""
+    """AN5040 5.4.2 sets D4D_EN to enable it; the sentence in the datasheet says the opposite."""
     samples = [along(0, 1000.0)] * 3 + [FLAT] * 3 + [along(1, -1000.0)] * 3
 
     bits = source_bits(D6D_SRC, samples, (TAP_THS_6D, 0x80 | 0x40))
@@ -177,7 +177,7 @@ def test_4d_ignores_z() -> None:
 
 
 def bumps(*starts: tuple[int, int], length: int = 80, mg: float = 1000.0) -> list[Sample]:
-    """Stillness with ramps on X, each (first sample, samples over the threshold): their slope is mg/2."""
+    """Return rest with ramps on X, each (first sample, samples over the threshold). Their slope is mg/2."""
     values, level = [], 0.0
     for number in range(length):
         for first, count in starts:
@@ -340,7 +340,7 @@ def test_power_down_does_not_end_latched_event() -> None:
 
 
 def test_tap_threshold_below_wake_up_threshold_is_noted(words: Words) -> None:
-    """AN5040 5.5: it must be above."""
+    """AN5040 5.5: the tap threshold must be above the wake-up threshold."""
     bench = Bench([FLAT], (TAP_THS_6D, 4), (WAKE_UP_THS, 7), (TAP_CFG, ENABLE | 0x0E))
     assert bench.notes == []
 

@@ -94,7 +94,7 @@ def test_fifo_pattern_follows_rates_and_decimation(
 
 
 def test_slower_fifo_takes_every_fourth_sample() -> None:
-    """104 Hz in a FIFO at 26 Hz."""
+    """The sensor has 104 Hz and the FIFO 26 Hz."""
     chip = fifo_of(CONTINUOUS, odr=2)
     taken = b""
     for sample in range(12):
@@ -126,7 +126,7 @@ def test_slower_fifo_starts_with_next_sample_when_enabled() -> None:
 
 
 def test_gyroscope_leads_at_equal_rates() -> None:
-    """AN5040 section 3: the accelerometer is synchronised to it."""
+    """AN5040 section 3: the accelerometer is synchronised to the gyroscope."""
     bench = bench_of(BYPASS, dec=(1, 1, 0, 0))
     bench.wait(2 * PS_PER_MS)
     bench.write(CTRL2_G, HZ_104 << 4)
@@ -139,7 +139,7 @@ def test_gyroscope_leads_at_equal_rates() -> None:
 
 
 def test_high_bytes_only_share_one_set() -> None:
-    """AXh GXh AYh GYh AZh GZh."""
+    """The order is AXh GXh AYh GYh AZh GZh."""
     bench = bench_of(CONTINUOUS, g=HZ_104, dec=(1, 0, 0, 0))
     bench.write(FIFO_CTRL5, 0)
     bench.write(FIFO_CTRL4, ONLY_HIGH_DATA)
@@ -189,7 +189,7 @@ def test_unmeasured_sensor_stores_its_register_contents() -> None:
 
 
 def test_stored_sample_survives_setting_change() -> None:
-    """The gyroscope leads at 104 Hz; a 12.5 Hz sample of the accelerometer is stored anew after FS_XL."""
+    """The gyroscope leads at 104 Hz. A 12.5 Hz sample of the accelerometer is stored again after a change of FS_XL."""
     chip = Chip("LSM6DSL")
     chip.configure(((CTRL3_C, 0x44), (CTRL1_XL, 0x10), (CTRL2_G, 0x40), (FIFO_CTRL3, XL_ONLY)))
     chip.t_ps = 402 * PS_PER_MS  # just after a sample of the accelerometer
@@ -291,7 +291,7 @@ def test_fifo_mode_stops_before_overfull(sets: int, words: int) -> None:
 
 
 def test_fifo_mode_with_watermark_limit_stops_before_it() -> None:
-    """AN5040: with FTH = 21 and one sensor it stops at 18, and WaterM never rises."""
+    """AN5040: with FTH = 21 and one sensor it stops at 18, and WaterM is never set."""
     chip = fifo_of(FIFO, ctrl4=STOP_ON_FTH, watermark=21)
     samples(chip, 5)
     assert status(chip)[:2] == (15, 0)
@@ -303,7 +303,7 @@ def test_fifo_mode_with_watermark_limit_stops_before_it() -> None:
 
 @pytest.mark.parametrize("looks", [0, 3])
 def test_mode_change_restarts_stopped_fifo(looks: int) -> None:
-    """Noted, because it should go through bypass; who has looked before does not matter."""
+    """The change is noted, because it should go through bypass. Earlier reads have no effect."""
     chip = fifo_of(FIFO, ctrl4=STOP_ON_FTH, watermark=60, odr=2)
     for look in range(looks):
         chip.t_ps = look * 170 * PS_PER_MS
@@ -317,7 +317,7 @@ def test_mode_change_restarts_stopped_fifo(looks: int) -> None:
 
 
 def test_continuous_mode_limited_to_watermark_reaches_it() -> None:
-    """AN5040: FULL_SMART at 18, WaterM at 21; then the oldest words go."""
+    """AN5040: FULL_SMART at 18, WaterM at 21. Then the oldest words are dropped."""
     chip = fifo_of(CONTINUOUS, ctrl4=STOP_ON_FTH, watermark=21)
     samples(chip, 6)
     assert status(chip)[:2] == (18, FULL)
@@ -330,7 +330,7 @@ def test_continuous_mode_limited_to_watermark_reaches_it() -> None:
 
 
 def test_continuous_mode_overwrites_oldest_words() -> None:
-    """2048 words: the 683rd set overwrites one word. The count of 11 bits reads 0 then (AN5040 Table 64)."""
+    """There are 2048 words, so the 683rd set overwrites one. The count of 11 bits then reads 0 (AN5040 Table 64)."""
     chip = fifo_of(CONTINUOUS, watermark=2)
     samples(chip, 682)
     assert status(chip) == (2046, WATERMARK | FULL, 0)
@@ -344,7 +344,7 @@ def test_continuous_mode_overwrites_oldest_words() -> None:
 
 @pytest.mark.parametrize("looks", [0, 7])
 def test_unread_fifo_ends_with_latest_words(looks: int) -> None:
-    """Whether somebody has looked meanwhile or not; 100 s at 104 Hz with a pattern of 5 sets."""
+    """Reads in the meantime have no effect. The FIFO runs for 100 s at 104 Hz with a pattern of 5 sets."""
     chip = fifo_of(CONTINUOUS, 0x01 | 4 << 3)
     for look in range(looks):
         chip.t_ps = (look * 13 + 1) * PS_PER_S
@@ -375,7 +375,7 @@ def test_samples_that_are_overwritten_unread_are_not_computed(hours: int) -> Non
 
 
 def test_overrun_words_are_kept_without_new_samples() -> None:
-    """No sensor is in the pattern any more (DEC_FIFO_XL = 0)."""
+    """With DEC_FIFO_XL = 0, no sensor is in the pattern any more."""
     chip = fifo_of(CONTINUOUS)
     samples(chip, 700)
     chip.write(FIFO_CTRL3, 0)

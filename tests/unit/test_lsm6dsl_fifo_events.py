@@ -175,7 +175,7 @@ def test_flag_signals_have_sample_or_read_time() -> None:
 
 
 def test_watermark_on_int1_rises_with_its_sample() -> None:
-    """Seen by somebody who looks only when the part says that a pin may change."""
+    """The reader reads only when the sensor reports that a pin may change."""
     chip = fifo_of(CONTINUOUS, watermark=30)
     edges: list[tuple[int, int]] = []
     chip.part.pins()[0].observe(lambda at_ps, level: edges.append((at_ps, level)))
@@ -270,7 +270,7 @@ def test_watermark_change_keeps_everything_else() -> None:
 
 
 def left_words(looks: int) -> bytes:
-    """What a FIFO holds after a second in which the world changes, when somebody has looked so many times."""
+    """Return the contents of a FIFO after a second in which the world changes, with this number of reads."""
     chip = fifo_of(CONTINUOUS)
     for look in range(looks):
         chip.t_ps = look * 10 * PS_PER_MS

@@ -1,4 +1,4 @@
-"""The LSM6DSL's accelerometer filters as a driver sees them: sines, steps, starts (AN5040 Rev 3, 3.7)."""
+"""The LSM6DSL's accelerometer filters for a driver: sines, steps, starts (AN5040 Rev 3, 3.7)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ HALF_POWER = math.sqrt(0.5)
 
 
 def stepped(writes: Writes, samples: int, code: int = 6, narrow: int = 0) -> tuple[Chip, Channel]:
-    """Still at 0 g until after sample 9, then 1 g on every axis; ``samples`` later."""
+    """Return a sensor with a step from 0 g to 1 g on every axis after sample 9, at a time ``samples`` later."""
     channel, chip = at_rate(ACCELEROMETER, code), Chip("LSM6DSL")
     at_s = (channel.sample_ps(9) + 1000) / PS_PER_S
     chip.world.signals[channel.name] = step(constant(0, 0, 0), constant(1, 1, 1), at_s)
@@ -53,7 +53,7 @@ def test_half_power_at_bandwidth(ctrl1: int, ctrl8: int, bandwidth: float) -> No
 
 @pytest.mark.parametrize("ctrl8", [0x00, 0x08])
 def test_without_filter_samples_are_world(ctrl8: int) -> None:
-    """ODR/2 is all that samples can show; INPUT_COMPOSITE is not in the plain path."""
+    """Samples can only show up to ODR/2. INPUT_COMPOSITE has no effect without a filter."""
     found = measured(XL_416, ((CTRL8_XL, ctrl8), (CTRL1_XL, 0x60)), 150.0, skip=0)
     assert found == pytest.approx(1.0, abs=1e-4)
 
@@ -71,7 +71,7 @@ def test_input_composite_adds_odr_4_filter() -> None:
     [(10, 0, 1500.0), (10, 1, 400.0), (9, 1, 400.0), (8, 1, 400.0), (7, 0, 400.0)],
 )
 def test_analog_filter_by_bw0_xl(code: int, bw0: int, bandwidth: float) -> None:
-    """1500 Hz from 1666 Hz on, 400 Hz with BW0_XL = 1; always 400 Hz below. After it comes LPF1 at ODR/2."""
+    """1500 Hz at 1666 Hz and above, or 400 Hz with BW0_XL = 1; always 400 Hz at lower rates. LPF1 at ODR/2 follows."""
     channel = at_rate(ACCELEROMETER, code)
     writes = ((CTRL1_XL, code << 4 | bw0),)
     gain = abs(measured(channel, writes, bandwidth, skip=200, count=1300, world=True))
@@ -80,7 +80,7 @@ def test_analog_filter_by_bw0_xl(code: int, bw0: int, bandwidth: float) -> None:
 
 
 def test_low_power_has_no_analog_filter() -> None:
-    """AN5040 3.7: high performance only. At 208 Hz nothing else is left to see, at 833 Hz there is none."""
+    """AN5040 3.7: only in high performance. At 208 Hz no other filter is visible, at 833 Hz there is no low power."""
     high_performance_always = ((CTRL6_C, 0x10), (CTRL1_XL, 0x70))
     gain = measured(at_rate(ACCELEROMETER, 7), high_performance_always, 400.0, 200, 1300, world=True)
     assert abs(gain) < 0.71
@@ -96,7 +96,7 @@ def test_low_power_has_no_analog_filter() -> None:
     ("ctrl8", "samples"), [(0x00, 1), (0x80, 40), (0xA0, 80), (0xC0, 15), (0xE0, 320)], ids=hex
 )
 def test_step_has_settled_after_documented_samples(ctrl8: int, samples: int) -> None:
-    """AN5040 Table 10, samples to settle; to 5 %. A quarter of them is not enough."""
+    """AN5040 Table 10, samples to settle, to 5 %. A quarter of them is not enough."""
     chip, channel = stepped(((CTRL8_XL, ctrl8),), samples)
     settled = chip.counts(channel)
     chip, _ = stepped(((CTRL8_XL, ctrl8),), samples // 4)
@@ -111,7 +111,7 @@ def test_step_has_settled_after_documented_samples(ctrl8: int, samples: int) -> 
     ids=["LPF1 at ODR/4", "slope", "slope behind LPF1 at ODR/4"],
 )
 def test_short_filters_settle_in_14_samples(ctrl8: int, narrow: int, end: int) -> None:
-    """AN5040 Table 10; to 1 % of the step. After the first sample they have not."""
+    """AN5040 Table 10, to 1 % of the step. After the first sample they have not settled."""
     found = [stepped(((CTRL8_XL, ctrl8),), count, narrow=narrow) for count in (1, 14)]
     first, last = (chip.counts(channel)[0] for chip, channel in found)
 
@@ -134,7 +134,7 @@ def test_low_pass_starts_settled_on_first_sample() -> None:
 
 
 def test_slope_filter_starts_with_half_first_sample() -> None:
-    """AN5040 3.7: (a[n] - a[n-1]) / 2 with a[-1] = 0, hence the spurious wake-up of 5.3."""
+    """AN5040 3.7: (a[n] - a[n-1]) / 2 with a[-1] = 0, which causes the spurious wake-up of 5.3."""
     chip = Chip("LSM6DSL")
     chip.configure(((CTRL8_XL, 0x04), (CTRL1_XL, 0x60)))
     found = []

@@ -1,4 +1,4 @@
-"""The LSM6DSL's gyroscope filters as a driver sees them: cut-off, phase, high-pass (AN5040 Rev 3, 3.8)."""
+"""The LSM6DSL's gyroscope filters for a driver: cut-off, phase, high-pass (AN5040 Rev 3, 3.8)."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_gyroscope_phase_at_20_hz(code: int, ftype: int, lag_deg: float) -> None
 
 @pytest.mark.parametrize(("code", "corner_hz"), list(enumerate((0.016, 0.065, 0.260, 1.04))))
 def test_gyroscope_high_pass(code: int, corner_hz: float) -> None:
-    """At 12.5 Hz, so that a few thousand samples last long enough."""
+    """The rate is 12.5 Hz, so that a few thousand samples are long enough."""
     channel = at_rate(GYROSCOPE, 1)
     skip = int(3 * 12.5 / corner_hz)
     gain = abs(measured(channel, ((CTRL7_G, 0x40 | code << 4), (CTRL2_G, 0x10)), corner_hz, skip, skip))

@@ -1,6 +1,6 @@
 """The LSM6DSL's sensor hub (datasheet DocID028475 Rev 7; application note AN5040 Rev 3, section 7).
 
-Most tests follow the note's own example: a LIS2MDL on the auxiliary bus, set up and read by the hub.
+Most tests follow the example in the application note: the hub sets up and reads a LIS2MDL on the auxiliary bus.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ CLOCK_PS = PS_PER_S / 116_300  # datasheet T8
 
 
 class Recorder:
-    """A device of 256 registers that remembers when it was asked for what."""
+    """A device of 256 registers that records the times and addresses of accesses."""
 
     NAME: ClassVar[str] = "recorder"
     BUS: ClassVar[Bus] = Bus(i2c_addresses=(), spi_wires=None, source="this test")
@@ -85,7 +85,7 @@ def hub(
     errors: LSM6DSLErrors | None = None,
     **devices: Recorder,
 ) -> Chip:
-    """Set up as in AN5040 7.2: bank A in power-down, then FUNC_EN, MASTER_ON and the accelerometer.
+    """Set up the hub as in AN5040 7.2: bank A in power-down, then FUNC_EN, MASTER_ON and the accelerometer.
 
     ``devices`` are attached at address ``a<hex>``.
     """
@@ -118,7 +118,7 @@ def outputs(chip: Chip) -> bytes:
 
 
 def stop(chip: Chip) -> None:
-    """AN5040 7.2: master off, sensors off, before bank A is written again."""
+    """Stop the hub as in AN5040 7.2: master off, sensors off. Then bank A can be written again."""
     chip.configure(((MASTER_CONFIG, 0x00), (CTRL1_XL, 0x00)))
 
 
@@ -126,7 +126,7 @@ def stop(chip: Chip) -> None:
 
 
 def test_hub_sets_up_and_reads_lis2mdl() -> None:
-    """AN5040 7.2.4: slave 0 writes CFG_REG_A once, END_OP tells when; then it reads OUTX_L to OUTZ_H."""
+    """AN5040 7.2.4: slave 0 writes CFG_REG_A once, and END_OP shows the end. Then it reads OUTX_L to OUTZ_H."""
     chip = Chip("LSM6DSL")
     magnetometer = with_magnetometer(chip)
     start(
@@ -153,7 +153,7 @@ def test_hub_sets_up_and_reads_lis2mdl() -> None:
 
 
 def test_hub_outputs_hold_field_at_transfer() -> None:
-    """Whoever looks later: the outputs are those of the last round, 10 s ago."""
+    """A later read has no effect: the outputs are those of the last round, 10 s ago."""
     chip = Chip("LSM6DSL")
     magnetometer = with_magnetometer(chip)
     chip.world.signals["magnetic_field_mgauss"] = ramp((0.0, 0.0, 0.0), (15.0, 0.0, 0.0))
@@ -170,7 +170,7 @@ def test_hub_outputs_hold_field_at_transfer() -> None:
 
 
 def test_transfers_take_their_time_on_bus() -> None:
-    """Datasheet T8: 116.3 kHz; nine clocks a byte, one each for start, repeated start and stop."""
+    """Datasheet T8: 116.3 kHz. A byte takes nine clocks; start, repeated start and stop take one clock each."""
     assert pytest.approx(29 * CLOCK_PS, rel=1e-6) == WRITE_PS
     assert pytest.approx(11 * CLOCK_PS, rel=1e-6) == UNANSWERED_PS
     assert read_ps(6) == pytest.approx(84 * CLOCK_PS, rel=1e-6)
@@ -202,7 +202,7 @@ def test_transfers_take_their_time_on_bus() -> None:
 )
 @pytest.mark.parametrize("percent", [0.0, 7.0])
 def test_hub_trigger_rate_is_at_most_104_hz(xl: int, g: int, per_s: int, percent: float) -> None:
-    """Of a part's own second."""
+    """The rate is that of the sensor's own oscillator."""
     device = Recorder()
     chip = hub(LIS2MDL_READ, xl=xl, errors=LSM6DSLErrors(odr_percent=percent), a1E=device)
     chip.write(CTRL2_G, g)
@@ -244,7 +244,7 @@ def test_latched_end_op_is_cleared_by_reading() -> None:
 
 
 def slaves(*configs: tuple[int, int, int, int]) -> Writes:
-    """(address byte, sub-address, length, rate code) of slaves 0, 1 ..."""
+    """Return (address byte, sub-address, length, rate code) of slaves 0, 1 ..."""
     writes: list[tuple[int, int]] = []
     for number, (address, subaddress, length, rate) in enumerate(configs):
         base = SLV0_ADD + 3 * number
@@ -254,7 +254,7 @@ def slaves(*configs: tuple[int, int, int, int]) -> Writes:
 
 
 def test_results_are_packed_one_after_other() -> None:
-    """AN5040 7.2: SENSORHUB1 to 12 and on to 13 to 18, in the order of the slaves."""
+    """AN5040 7.2: SENSORHUB1 to 12, then 13 to 18, in the order of the slaves."""
     device, other = Recorder(), Recorder()
     chip = hub(
         slaves((0x3D, 0x10, 7, 0), (0x41, 0x20, 2, 0), (0x3D, 0x30, 6, 0), (0x41, 0x40, 3, 0)),
@@ -278,7 +278,7 @@ def test_more_than_18_bytes_are_cut_and_noted(words: Words) -> None:
 
 
 def test_cut_bytes_change_no_other_register() -> None:
-    """Slave 2's are partly behind SENSORHUB18, slave 3's wholly."""
+    """The bytes of slave 2 are partly beyond SENSORHUB18, those of slave 3 completely."""
     chip = hub(slaves(*((0x3D, 0x10 * n, 7, 0) for n in range(1, 5))), a1E=Recorder())
     chip.write(X_OFS_USR, 0x41, 0x42, 0x43)
     chip.wait(PS_PER_S)
@@ -288,7 +288,7 @@ def test_cut_bytes_change_no_other_register() -> None:
 
 
 def test_slave_without_read_uses_no_output_bytes() -> None:
-    """r_1 = 0, and slave 0 writing."""
+    """The slave has r_1 = 0, and slave 0 writes."""
     chip = hub(slaves((0x3C, 0x05, 0, 0), (0x3C, 0x20, 3, 0), (0x3D, 0x30, 2, 0)), a1E=Recorder())
     chip.wait(PS_PER_S)
 
@@ -342,7 +342,7 @@ def test_src_mode_reads_only_if_tested_register_nonzero(status: int, reads: int)
 
 
 def test_silent_slaves_are_named_and_keep_their_bytes() -> None:
-    """Datasheet 9.68: FUNC_SRC2 bits 3 to 6; the flag shows the latest turn."""
+    """Datasheet 9.68: FUNC_SRC2 bits 3 to 6. The flag shows the latest round."""
     device = Recorder()
     chip = hub(
         slaves((0x3D, 0x10, 1, 0), (0x51, 0x20, 1, 0), (0x3D, 0x30, 1, 0), (0x53, 0, 1, 0)), a1E=device
@@ -401,7 +401,7 @@ def test_pass_through_connects_buses_and_excludes_master(words: Words) -> None:
 
 
 def by_pin(high: bool = False) -> tuple[Chip, Recorder]:
-    """A hub that INT2 triggers (START_CONFIG)."""
+    """Return a hub that INT2 triggers (START_CONFIG)."""
     device = Recorder()
     chip = Chip("LSM6DSL")
     lsm6dsl(chip).attach_auxiliary(0x1E, device)
@@ -414,7 +414,7 @@ def by_pin(high: bool = False) -> tuple[Chip, Recorder]:
 
 
 def test_int2_going_high_triggers_round() -> None:
-    """START_CONFIG = 1; INT2 is an input then."""
+    """With START_CONFIG = 1, INT2 is an input."""
     chip, device = by_pin()
     pin = lsm6dsl(chip).int2
     assert pin.level is None
@@ -467,7 +467,7 @@ def test_auxiliary_address_is_taken_once() -> None:
 
 
 def ironing(chip: Chip, soft: Iterable[int], hard: tuple[int, int, int], *, soft_on: bool = True) -> None:
-    """AN5040 7.5.4: a LIS2MDL as slave 0, matrix and offsets in bank A, SOFT_EN, then IRON_EN."""
+    """Set up AN5040 7.5.4: a LIS2MDL as slave 0, matrix and offsets in bank A, SOFT_EN, then IRON_EN."""
     offsets = np.array(hard, dtype="<i2").tobytes()
     matrix = tuple((MAG_SI_XX + place, value) for place, value in enumerate(soft))
     bank_a = LIS2MDL_READ + matrix + tuple((MAG_OFFX_L + place, value) for place, value in enumerate(offsets))
@@ -512,7 +512,7 @@ def test_hard_and_soft_iron_correction(
 
 
 def test_correction_end_pulse_lasts_10_ms() -> None:
-    """AN5040 7.5.3, LIR = 0; at 104 Hz the next round would come first, so 12.5 Hz."""
+    """AN5040 7.5.3, LIR = 0. The rate is 12.5 Hz, because at 104 Hz the next round would come before the end."""
     chip = measuring(15.0, 0.0, 0.0)
     ironing(chip, UNIT, (0, 0, 0))
     chip.configure(((CTRL1_XL, 0x00), (CTRL1_XL, 0x10)))
@@ -573,7 +573,7 @@ def test_impossible_correction_is_noted(writes: Writes, master: int, words: Word
 @settings(max_examples=25)
 @given(moments=st.lists(st.integers(0, PS_PER_S), max_size=15))
 def test_hub_does_not_depend_on_reads(moments: list[int]) -> None:
-    """The outputs, the flags, and what the devices on the bus got to see."""
+    """The outputs, the flags and the traffic on the auxiliary bus are compared."""
     chips, devices = [], []
     for _ in range(2):
         device = Recorder()

@@ -1,4 +1,4 @@
-"""INT1 and INT2 of the LSM6DSL: routing, shape and time of edges (AN5040 4.2, 4.3)."""
+"""INT1 and INT2 of the LSM6DSL: routing, polarity and times of edges (AN5040 4.2, 4.3)."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ class Wires:
         self.edges.append((name, at_ps, level))
 
     def raise_all(self, names: tuple[SignalName, ...], at_ps: int) -> list[int | None]:
-        """Raise signals one after the other; the pins' levels."""
+        """Raise signals one after the other; return the levels of the pins."""
         for name in names:
             self.signals.set(name, True, at_ps)
         self.routing.catch_up(at_ps)
@@ -142,7 +142,7 @@ def test_every_signal_can_be_routed() -> None:
     ids=["push-pull", "active low", "open drain", "open drain, active low"],
 )
 def test_polarity_and_open_drain(ctrl3: int, levels: tuple[int | None, int | None]) -> None:
-    """H_LACTIVE and PP_OD (datasheet 9.15): with open drain only the active level is driven."""
+    """H_LACTIVE and PP_OD (datasheet 9.15): with open drain, only the active level is driven."""
     wires = Wires((INT1_CTRL, 0x08), (CTRL3_C, ctrl3))
 
     assert [pin.level for pin in wires.pins] == [levels[0]] * 2
@@ -161,7 +161,7 @@ def test_signals_are_ored() -> None:
 
 
 def test_late_signals_are_reported_in_time_order() -> None:
-    """Functions report one after the other; what they report together in time must not show as a glitch."""
+    """Functions report one after the other. Reports for the same time must not cause a glitch."""
     wires = Wires((INT1_CTRL, 0x18), (INT2_CTRL, 0x08))
     wires.signals.set("FTH", True, 10)
     wires.signals.set("FTH", False, 30)
@@ -184,7 +184,7 @@ def test_late_signals_are_reported_in_time_order() -> None:
 
 @pytest.mark.parametrize("writes", [((CTRL6_C, 0x80),), ((CTRL6_C, 0x40),), ((MASTER_CONFIG, 0x11),)])
 def test_int2_is_not_driven_as_input(writes: tuple[tuple[int, int], ...]) -> None:
-    """Any DEN mode; or the sensor hub's external trigger."""
+    """It is an input in any DEN mode, and as the sensor hub's external trigger."""
     wires = Wires((INT1_CTRL, 0x08), (INT2_CTRL, 0x08), *writes)
 
     assert wires.raise_all(("FTH",), 1) == [1, None]

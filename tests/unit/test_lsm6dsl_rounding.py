@@ -1,4 +1,4 @@
-"""Bursts that go round in the LSM6DSL (AN5040 Rev 3, 4.7)."""
+"""Bursts that wrap in the LSM6DSL (AN5040 Rev 3, 4.7)."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def test_software_reset_ends_rounding() -> None:
 
 
 def test_wrapped_burst_releases_held_word() -> None:
-    """BDU: once the low byte is read, the pair stays until its high byte is; then the next round is newer."""
+    """BDU holds the pair from the read of its low byte to that of its high byte. The next round then has newer data."""
     chip = measuring((CTRL3_C, 0x44), (CTRL5_C, 1 << 5))
     low = chip.read(0x28)
     old = chip.read(0x2A, 4)

@@ -1,4 +1,4 @@
-"""How the LSM6DSL's gyroscope starts, and when its sensors sample: alone, together, off the nominal rate."""
+"""Start of the LSM6DSL's gyroscope, and sample times of its sensors: alone, together, and with a rate error."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ CTRL1_XL, CTRL2_G, CTRL4_C, CTRL6_C, CTRL7_G = 0x10, 0x11, 0x13, 0x15, 0x16
 
 
 def first_sample_ms(chip: Chip) -> float:
-    """How long until the gyroscope's data-ready flag comes, in steps of 10 us."""
+    """Return the time in ms until the gyroscope's data-ready flag is set, in steps of 10 us."""
     began_ps = chip.t_ps
     while not chip.is_ready(GYROSCOPE):
         chip.wait(PS_PER_MS // 100)
@@ -47,7 +47,7 @@ def test_drive_takes_35_ms_after_power_down(code: int, ctrl7: int) -> None:
 
 @pytest.mark.parametrize("ms", [0.0, 12.5, 70.0])
 def test_another_turn_on_time_can_be_given(ms: float) -> None:
-    """70 ms is what AN5040's Tables 14 to 16 let drivers wait."""
+    """AN5040's Tables 14 to 16 let drivers wait for 70 ms."""
     chip = Chip("LSM6DSL", LSM6DSLErrors(gyro_turn_on_ms=ms))
     chip.write(CTRL2_G, 0x60)
     assert first_sample_ms(chip) == pytest.approx(ms + 1000 / 416, abs=0.011)
@@ -84,7 +84,7 @@ TO_DISCARD = {1: 2, 2: 3, 3: 3, 4: 3, 5: 3, 6: 3, 7: 3}  # AN5040 Table 16, LPF1
 
 
 def first_rates(chip: Chip, channel: Channel, began_ps: int, count: int) -> list[float]:
-    """What the first samples on X measure, in dps."""
+    """Return the first samples on X in dps."""
     found = []
     for number in range(count):
         chip.t_ps = began_ps + channel.sample_ps(number)
@@ -94,7 +94,7 @@ def first_rates(chip: Chip, channel: Channel, began_ps: int, count: int) -> list
 
 @pytest.mark.parametrize(("code", "discarded"), TO_DISCARD.items())
 def test_after_documented_samples_start_is_over(code: int, discarded: int) -> None:
-    """The samples that DRDY_MASK hides are too small; all later ones are exact."""
+    """The samples that DRDY_MASK hides are too small. All later ones are exact."""
     channel, chip = at_rate(GYROSCOPE, code), Chip("LSM6DSL")
     chip.set("angular_rate_dps", 200.0, 0.0, 0.0)
     chip.write(CTRL2_G, code << 4)
@@ -173,7 +173,7 @@ def test_second_sensor_waits_at_most_two_periods() -> None:
 
 
 def test_rates_without_common_multiple_are_not_synchronised() -> None:
-    """416 and 833 Hz by datasheet Table 3: nothing is shifted, both keep their documented rates."""
+    """416 and 833 Hz of datasheet Table 3: the samples are not shifted, and both keep their documented rates."""
     chip = Chip("LSM6DSL")
     chip.configure(((CTRL1_XL, 0x70), (CTRL2_G, 0x60)))
     assert first_sample_ms(chip) == pytest.approx(35 + 1000 / 416, abs=0.011)
@@ -192,7 +192,7 @@ FASTER: tuple[tuple[Channel, Writes], ...] = (
 @pytest.mark.parametrize(("channel", "writes"), FASTER, ids=str)
 @pytest.mark.parametrize("percent", [-10.0, 2.5, 10.0])
 def test_part_may_run_fast_or_slow(channel: Channel, writes: Writes, percent: float) -> None:
-    """All of its rates by the same figure; the last of a thousand samples tells."""
+    """The error is the same for all rates. The last of a thousand samples shows it."""
     chip = Chip("LSM6DSL", LSM6DSLErrors(odr_percent=percent))
     real = replace(channel, rate_hz=channel.rate_hz * Fraction(1000 + int(10 * percent), 1000))
     chip.configure(writes)

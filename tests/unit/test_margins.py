@@ -1,4 +1,4 @@
-"""Margins of a rubric: which of them test nothing, and which fail correct programs on typical boards."""
+"""Margins of a rubric: margins that test nothing, and margins that fail correct programs on typical boards."""
 
 from __future__ import annotations
 

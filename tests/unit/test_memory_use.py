@@ -1,4 +1,4 @@
-"""Warnings of nearly full RAM."""
+"""Warnings about nearly full RAM."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sensors that sit a little turned on their board: what they measure is the true vector in turned axes."""
+"""Sensors that are slightly turned on their board: they measure the true vector in turned axes."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ HEAD = "schema = 1\nquestion = '?'\nduration = '2s'\n[sensors]\nquality = 'ideal
 
 @pytest.mark.parametrize("turned_deg", [(1.0, 0.0, 0.0), (0.0, -0.7, 0.0), (0.3, 0.5, -1.0)])
 def test_turned_part_measures_in_its_own_axes(turned_deg: tuple[float, float, float]) -> None:
-    """Against scipy's rotation; to first order, of which 1 degree leaves 2e-4."""
+    """Compared with scipy's rotation. The model is of first order, whose error at 1 degree is 2e-4."""
     found = LSM6DSLErrors(misalignment_deg=turned_deg).mounted()
     exact = Rotation.from_rotvec(np.radians(turned_deg)).inv().as_matrix()
     np.testing.assert_allclose(found, exact, atol=2e-4)
 
 
 def test_misaligned_part_measures_tilted_gravity(tmp_path: Path) -> None:
-    """The part is turned about its own X: Y sees the sine of 1 degree of gravity."""
+    """The sensor is turned about its X axis: Y measures the sine of 1 degree of gravity."""
     figures = "[sensors.lsm6dsl]\nmisalignment_deg = [1, 0, 0]\n"
     board = Board(scenario=write(tmp_path, HEAD + figures))
     board.run_for(1.9)

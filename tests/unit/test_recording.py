@@ -1,4 +1,4 @@
-"""CSV recordings: what is read, and how hostile files are refused."""
+"""CSV recordings: accepted files, and refusal of hostile files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Independent programs find what the world put into the sensors; ``python -m tests.support.reference_models`` prints it."""
+"""Independent programs recover the inputs of the sensors; ``python -m tests.support.reference_models`` prints results."""
 
 from __future__ import annotations
 
@@ -23,7 +23,10 @@ def moved() -> reference_models.Moved:
 def test_filters_recover_attitude_of_moved_board(
     moved: reference_models.Moved, name: str, moved_deg: tuple[float, float], gravity_deg: float
 ) -> None:
-    """Tilt: right at rest; moved, off by what motion adds to gravity, as taking that away again shows."""
+    """The tilt is right at rest.
+
+    In motion, its error is caused by the acceleration, because without it the error is gone.
+    """
     pytest.importorskip(reference_models.FILTERS[name][0])
     still, waved, without_motion = reference_models.attitude_errors(moved, name)
     assert still < 0.5  # a tremor, of 10 mg at most
@@ -38,7 +41,7 @@ def test_passing_magnet_is_magpylibs_dipole() -> None:
 
 
 def test_earth_field_equals_published_test_values() -> None:
-    """To 0.1 nT, the last digit that NCEI gives in its test values."""
+    """The field agrees to 0.1 nT, the last digit of NCEI's test values."""
     pytest.importorskip("wmm")
     difference, field = reference_models.field_difference_nt()
     assert field > 40_000

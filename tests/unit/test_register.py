@@ -1,4 +1,4 @@
-"""The declaration of registers: what a class states and what is derived from it."""
+"""The declaration of registers: the statements of a class, and properties that are derived from them."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ BYTES = st.integers(0, 0xFF)
 
 @st.composite
 def one_field(draw: st.DrawFn) -> Bits:
-    """Any field of a byte."""
+    """Return a strategy for a field of a byte."""
     lsb = draw(st.integers(0, 7))
     return Bits(draw(st.integers(lsb, 7)), lsb)
 
 
 @st.composite
 def disjoint_fields(draw: st.DrawFn) -> list[Bits]:
-    """At least one field; bits left over are reserved, and any field may be known only."""
+    """Return a strategy for at least one field. Other bits are reserved, and a field may be declared without behaviour."""
     cuts = sorted(draw(st.sets(st.integers(0, 8), min_size=2, max_size=9)))
     pieces = [Bits(end - 1, start, modelled=draw(st.booleans())) for start, end in pairwise(cuts)]
     kept = draw(st.sets(st.sampled_from(range(len(pieces))), min_size=1))
@@ -39,7 +39,7 @@ def declare(
     modelled: bool = True,
     names: tuple[str, ...] = (),
 ) -> type[Register]:
-    """``class EXAMPLE(Register, ...)`` with the fields F0, F1, ..."""
+    """Declare ``class EXAMPLE(Register, ...)`` with the fields F0, F1, ..."""
     options = {
         "addr": addr,
         "size": size,

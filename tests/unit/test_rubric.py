@@ -1,4 +1,4 @@
-"""Rubric files: what is wrong with one is a line with file, key and what would be right."""
+"""Rubric files: an error in one is reported in a line with file, key and the correct form."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Files in the runtime folder: whatever has such a name, no command waits for it."""
+"""Files in the runtime folder: commands do not wait for any kind of file."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ posix = pytest.mark.skipif(sys.platform == "win32", reason="pipes, links and dev
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A runtime folder of this test's own."""
+    """Return a runtime folder for this test."""
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     monkeypatch.setenv("LOCALAPPDATA", str(tmp_path))
     made = tmp_path / "fcu-emulator"

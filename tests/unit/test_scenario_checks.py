@@ -1,6 +1,6 @@
-"""Each kind of expectation: met by the lab's firmware, and found when it is not.
+"""Each kind of expectation: the lab's firmware meets it, and a violation is found.
 
-The board is ideal and flat, unless a case says otherwise; printed texts are the lab's.
+The board is ideal and flat, unless a case states something else. Printed texts are the lab's.
 """
 
 from __future__ import annotations
@@ -159,7 +159,7 @@ def test_longer_text_differs_in_its_next_line(tmp_path: Path) -> None:
 
 
 def test_truth_is_that_of_moment_of_printing(tmp_path: Path) -> None:
-    """A sweep of 20 degrees a second; with a settling time of 0 the sensors' delay shows."""
+    """The board sweeps at 20 degrees a second. With a settling time of 0, the delay of the sensors is visible."""
     turn = "[[timeline]]\ndo = 'sweep'\naxis = 'pitch'\nto_deg = 30\nat = '1s'\nfor = '1.5s'\n"
     field = "[[expect]]\nkind = 'field'\nname = 'Pitch'\ntruth = true\n"
     assert play(tmp_path, f"{IDEAL}{turn}{field}tolerance = 0.2\n").passed
@@ -167,7 +167,7 @@ def test_truth_is_that_of_moment_of_printing(tmp_path: Path) -> None:
 
 
 def test_truth_survives_jumps_of_world(tmp_path: Path) -> None:
-    """The world forgets what lies five seconds behind a jump; the recorder has noted the truth by then."""
+    """The world drops history that is five seconds older than a jump. By then the recorder has noted the truth."""
     head = HEAD + 'duration = "12s"\n[sensors]\nquality = "ideal"\n'
     jumps = "".join(
         f"[[timeline]]\ndo = 'set_attitude'\npitch_deg = {second * 7 % 50}\nat = '{second}.7s'\n"
@@ -178,7 +178,7 @@ def test_truth_survives_jumps_of_world(tmp_path: Path) -> None:
 
 
 def test_motion_after_jump_starts_at_its_end(tmp_path: Path) -> None:
-    """A jump would drop what was planned after it, and the sweep begins from the angles then in force."""
+    """A jump discards later plans, so the sweep begins after it, from the angles at that time."""
     head = HEAD + 'duration = "8s"\n[sensors]\nquality = "ideal"\n'
     timeline = (
         "[[timeline]]\ndo = 'rotate_to'\npitch_deg = 50\nfor = '2s'\n"
@@ -313,7 +313,7 @@ def test_report_covers_part_of_run(tmp_path: Path, words: Words) -> None:
 
 
 def test_report_and_expectation_name_their_truth(tmp_path: Path, words: Words) -> None:
-    """A sweep of 20 degrees a second: what is printed is a little old, and one print has two errors."""
+    """The board sweeps at 20 degrees a second: printed values are a little old, and one print has two errors."""
     turn = "[[timeline]]\ndo = 'sweep'\naxis = 'pitch'\nto_deg = 30\nat = '1s'\nfor = '1.5s'\n"
     field = "[[expect]]\nkind = 'field'\nname = 'Pitch'\ntruth = true\ntolerance = 0.0001\n"
     report = "[[report]]\nfield = 'Pitch'\nagainst = 'truth'\n"
@@ -334,7 +334,7 @@ def test_report_without_printed_values_is_explained(tmp_path: Path, words: Words
 
 
 def test_report_flags_angles_of_accelerated_board(tmp_path: Path) -> None:
-    """Slides, "eCompass math": tilt only when the modulus is near g."""
+    """Slides, "eCompass math": the tilt is valid only if the modulus is near g."""
     file = tmp_path / "shaken.toml"
     file.write_text(
         'schema = 1\nquestion = "?"\nduration = "4s"\n[[timeline]]\ndo = "shake"\nat = "2s"\nfor = "1s"\n'

@@ -1,4 +1,4 @@
-"""Numbers drawn from the seed: within their ends, the same everywhere, wrong ones named with their key."""
+"""Numbers drawn from the seed: within their limits, equal on all machines, and errors that name their key."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def written(folder: Path, text: str = FILE) -> Path:
 
 
 def attitudes(path: Path, count: int) -> list[float]:
-    """The pitch that each seed draws."""
+    """Return the pitch that each seed draws."""
     entries = (load_scenario(path, seed=seed).table["timeline"][0] for seed in range(count))
     return [float(entry["pitch_deg"]) for entry in entries]
 
@@ -58,7 +58,7 @@ def test_draw_depends_on_seed_not_on_other_entries(tmp_path: Path) -> None:
 
 
 PITCH_OF_SEED_0 = -23.57
-"""As it was drawn when this was written: a verdict of last year can be repeated."""
+"""The value at the time of writing, so that a verdict of last year can be repeated."""
 
 
 def test_board_draws_by_its_own_seed(tmp_path: Path) -> None:

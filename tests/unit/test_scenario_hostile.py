@@ -1,4 +1,4 @@
-"""Files that are wrong: one line that says what, where, and what would be right, in bounded time."""
+"""Invalid files are refused in bounded time, in one line that states problem, place, and correct form."""
 
 from __future__ import annotations
 
@@ -281,7 +281,7 @@ def test_link_to_itself_is_refused(tmp_path: Path) -> None:
 
 
 def test_recording_replayed_often_is_kept_once(tmp_path: Path) -> None:
-    """As are its rows, whenever each replay begins."""
+    """Its rows are also stored once, for any start of a replay."""
     rows = "".join(f"{number}e-4,0,{number % 90},0,1\n" for number in range(20_000))
     (tmp_path / "walk.csv").write_text("t_s,roll_deg,pitch_deg,yaw_deg,alt_m\n" + rows)
     path = write(tmp_path, HEAD + 'duration = "300s"\n' + replay("walk.csv") * 100)
@@ -418,7 +418,7 @@ KEYS = (
 @given(st.sampled_from(KEYS), VALUES)
 @settings(max_examples=200)
 def test_table_of_anything_is_taken_or_refused(key: str, value: object) -> None:
-    """Past the TOML parser, which would refuse some of it: every error has an explanation of one line."""
+    """The table does not pass the TOML parser, which would refuse some values. Every error has one line."""
     try:
         scenario_file(FCU001V1).model_validate({"schema": 1, "question": "?", key: value})
     except ValidationError as error:

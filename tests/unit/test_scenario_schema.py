@@ -1,4 +1,4 @@
-"""The schema: agreement with what it describes, JSON schema, round trip."""
+"""The schema: agreement with its description, JSON schema, and conversion in both directions."""
 
 from __future__ import annotations
 
@@ -182,7 +182,7 @@ wall = "30s"
 
 
 def validate(table: dict[str, Any]) -> None:
-    """By somebody else's validator; dates stand as text in JSON."""
+    """Validate with an independent library; dates are text in JSON."""
     schema = json_schema()
     jsonschema.Draft202012Validator.check_schema(schema)
     jsonschema.validate(json.loads(json.dumps(table, default=str)), schema)
@@ -267,7 +267,7 @@ def test_shipped_file_begins_with_question(name: str) -> None:
 
 
 def test_schema_defaults_are_in_file_notation() -> None:
-    """What an editor inserts must be what the loader takes."""
+    """The loader must accept the text that an editor inserts."""
     bus = json_schema()["$defs"]["BusTable"]["properties"]["speed"]
     assert bus["default"] == "400kHz"
     limits = json_schema()["$defs"]["LimitsTable"]["properties"]

@@ -1,4 +1,4 @@
-"""Durations and bus speeds as they stand in scenario files."""
+"""Durations and bus speeds in the notation of scenario files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Offset, scale, drift and noise: numbers that are set come out of the registers as these numbers."""
+"""Offset, scale, drift and noise: the registers show the numbers that are set."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ BIAS, SCALE, BIAS_DRIFT, SCALE_DRIFT = (12.0, -34.0, 56.0), (1.0, -2.0, 3.0), (0
 
 
 def measured(channel: Channel, errors: Any, degc: float, *values: float) -> list[float]:
-    """What the registers say, in the signal's unit, when the world stands still."""
+    """Return the readings of the registers in the signal's unit, with the world at rest."""
     chip = Chip(channel.part, errors)
     chip.set("temperature_degc", degc)
     chip.set(channel.name, *values)
@@ -63,7 +63,7 @@ def measured(channel: Channel, errors: Any, degc: float, *values: float) -> list
 def test_bias_scale_and_drift_are_applied(
     channel: Channel, errors: Any, value: float, unit: float, degc: float
 ) -> None:
-    """Value * (1 + scale) + bias, both moving linearly with the distance from 25 degC."""
+    """The value is value * (1 + scale) + bias. Both change linearly with the distance from 25 degC."""
     expected = [
         value * (1 + (scale + SCALE_DRIFT * (degc - 25)) / 100) + (bias + drift * (degc - 25)) * unit
         for scale, bias, drift in zip(SCALE, BIAS, BIAS_DRIFT, strict=True)
@@ -110,7 +110,7 @@ def test_barometer_has_bias_slope_and_drift(hpa: float, degc: float, expected: f
 
 @pytest.mark.parametrize("seed", range(10))
 def test_calibrated_barometer_is_as_accurate_as_table_3(seed: int) -> None:
-    """+-0.1 hPa, typical, from 0 to 65 degC after a one-point calibration, at the middle of the range."""
+    """+-0.1 hPa, typical, from 0 to 65 degC after a one-point calibration in the middle of the range."""
     errors = replace(LPS22HBErrors.of_quality("worst", seed), pressure_noise_hpa=0.0, odr_percent=0.0)
     bias = errors.pressure_bias_hpa
     found = [measured(PRESSURE, errors, degc, 950.0)[0] - bias - 950.0 for degc in (0.0, 25.0, 65.0)]
@@ -168,7 +168,7 @@ NOISE = [
 
 @pytest.mark.parametrize(("channel", "errors", "writes", "rms"), NOISE, ids=str)
 def test_noise_rms_is_that_of_setting(channel: Channel, errors: Any, writes: Writes, rms: float) -> None:
-    """2000 samples an axis: the standard error is 1.6 %; rounding to counts adds less than 2 %."""
+    """2000 samples per axis: the standard error is 1.6 %, and rounding to counts adds less than 2 %."""
     chip = Chip(channel.part, errors, seed=3)
     chip.set(channel.name, *channel.value(0.0))
     chip.configure(writes)
@@ -306,9 +306,9 @@ def test_figure_no_part_can_have_is_refused(figures: dict[str, float], named: st
 
 @parts
 def test_hundred_parts_are_spread_as_documented(part: type[Any]) -> None:
-    """A normal distribution of that sigma which ends at three of them: Kolmogorov and Smirnov's test.
+    """The figures have a normal distribution that ends at three sigma. The test is that of Kolmogorov and Smirnov.
 
-    Among 40 figures one below 1 % is no surprise; one below 0.01 % is.
+    Among 40 figures, a probability below 1 % is expected; one below 0.01 % is not.
     """
     drawn = [of_quality(part, "typical", seed) for seed in range(100)]
     for name, sigma in SIGMAS[part].items():

@@ -1,4 +1,4 @@
-"""SPI: framing, wires, clock modes; through ``board.spi2`` as a driver's test would."""
+"""SPI: framing, wires, clock modes; through ``board.spi2``, as in a test of a driver."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ TO_4_WIRE = {"LSM6DSL": b"\x12\x04", "LIS2MDL": b"\x62\x04", "LPS22HB": b"\x10\x
 
 @pytest.mark.parametrize("part", CS)
 def test_three_wire_host_writes_blindly_first(part: str) -> None:
-    """After reset LSM6DSL and LPS22HB are in 4-wire mode (SIM = 0), the LIS2MDL is not (4WSPI = 0)."""
+    """After reset LSM6DSL and LPS22HB are in 4-wire mode (SIM = 0), but the LIS2MDL is not (4WSPI = 0)."""
     board = Board(wiring="fcu001v1")
     register, identity = IDENTITY[part]
     before = board.spi2.write_read(CS[part], bytes([READ | register]), 1)
@@ -55,7 +55,7 @@ def test_burst_increments_and_writes_several_registers() -> None:
 
 
 def test_barometer_increments_only_with_if_add_inc() -> None:
-    """LPS22HB datasheet 7.3 and 9.6: the bit holds for SPI as well, for reads and writes."""
+    """LPS22HB datasheet 7.3 and 9.6: the bit also applies to SPI, for reads and writes."""
     board = Board(wiring="fcu001v1", ideal=True)
     board.spi2.write("PC13", b"\x10\x01")
     board.spi2.write("PC13", b"\x15\x01\x02\x03")
@@ -67,7 +67,7 @@ def test_barometer_increments_only_with_if_add_inc() -> None:
 
 
 def test_magnetometer_spi_accepts_driver_addresses() -> None:
-    """Drivers set bit 6 too, which every address has already."""
+    """Drivers also set bit 6, which every address has already."""
     board = Board(wiring="fcu001v1", ideal=True)
     board.spi2.write("PB12", bytes([0x40 | 0x45]) + bytes(range(1, 7)))
     assert board.spi2.write_read("PB12", bytes([0xC0 | 0x45]), 6) == bytes(range(1, 7))
@@ -83,7 +83,7 @@ def test_barometers_burst_goes_round_on_spi() -> None:
 
 
 def test_spi_byte_takes_eight_clock_periods() -> None:
-    """Question 1 of the lab: 42 MHz / 16 as ST's firmware sets it."""
+    """Question 1 of the lab: 42 MHz / 16, as in ST's firmware."""
     board = Board(wiring="fcu001v1")
     board.spi2.write_read("PA8", b"\x8f", 3)
     assert board.spi2.speed_hz == 2_625_000
@@ -125,7 +125,7 @@ def test_unknown_chip_select_is_refused_with_known_ones(words: Words) -> None:
 
 
 def test_speed_of_unused_peripheral_is_zero() -> None:
-    """The solution for I2C2 leaves SPI2 off; that for SPI2 sets 42 MHz / 16."""
+    """The solution for I2C2 does not enable SPI2. The one for SPI2 sets 42 MHz / 16."""
     speeds = []
     for wiring in ("lab3", "fcu001v1"):
         board = Board(firmware="solution", wiring=wiring)

@@ -32,13 +32,15 @@ def test_lsm6dsl_current_follows_its_setting(writes: list[tuple[int, int]], micr
 
 
 def test_sensors_have_documented_current_after_power_on() -> None:
-    """Power-down, idle, power-down."""
+    """The modes are power-down, idle, power-down."""
     assert Board().supply_current_ua() == {"LSM6DSL": 3.0, "LIS2MDL": 1.5, "LPS22HB": 1.0}
 
 
 def test_sensors_have_documented_current_under_lab_firmware() -> None:
-    """Both LSM6DSL sensors in high performance; LIS2MDL at 100 Hz with OFF_CANC; LPS22HB at 25 Hz in low
-    current, whose figure at 1 Hz is 3 uA."""
+    """Both LSM6DSL sensors in high performance, LIS2MDL at 100 Hz with OFF_CANC, LPS22HB at 25 Hz in low current.
+
+    The figure of the LPS22HB at 1 Hz is 3 uA.
+    """
     board = Board(firmware="lab3")
     board.run_for(1.5)
     assert board.supply_current_ua() == {"LSM6DSL": 650.0, "LIS2MDL": 1130.0, "LPS22HB": 51.0}

@@ -1,4 +1,4 @@
-"""The trace: who gets which events, and lines that a general JSON encoder would write just so."""
+"""The trace: its recipients, and lines that equal those of a general JSON encoder."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def events(kind: type[TraceEvent]) -> st.SearchStrategy[TraceEvent]:
 
 
 def as_json(event: TraceEvent) -> str:
-    """What the files are said to hold, by the standard library's encoder."""
+    """Return the contents of the files as the standard library's encoder writes them."""
     shown: dict[str, object] = {}
     for name, value in dataclasses.asdict(event).items():
         if name.endswith("_ps"):

@@ -1,4 +1,4 @@
-"""Weather, wind and doors: what they do to the pressure, and that nothing else notices."""
+"""Weather, wind and doors change the pressure and no other quantity."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_weather_changes_pressure_at_every_height() -> None:
 
 
 def test_gusts_are_slow_and_quarter_of_wind_pressure() -> None:
-    """rho v^2 / 2 is 0.6 hPa at 10 m/s; most of it lies below 0.5 Hz."""
+    """rho v^2 / 2 is 0.6 hPa at 10 m/s. Most of the power is below 0.5 Hz."""
     world = World()
     still = world.pressure_hpa([0.0])
     assert world.blow_wind(10, duration_s=400) == 400
@@ -118,7 +118,7 @@ def test_pressure_wander_changes_no_other_signal() -> None:
 
 
 def test_typical_board_averages_wander_over_hour() -> None:
-    """Averages of 100 s, in altitude: decimetres in a typical room, 0 on an ideal board."""
+    """Averages of 100 s, as altitudes: decimetres in a typical room, 0 on an ideal board."""
     t_s = np.arange(0, 3600, 0.5)
     spread = {
         ideal: [

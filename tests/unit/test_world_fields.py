@@ -216,7 +216,7 @@ def test_pressure_set_holds_at_present_altitude() -> None:
 
 
 def test_compass_shows_yaw_from_magnetic_north() -> None:
-    """7.8 degrees of east declination: true north is 7.8 degrees to the left of where the needle points."""
+    """The declination is 7.8 degrees east: true north is 7.8 degrees to the left of the needle's direction."""
     world = World()
     world.set_attitude(0, 0, 30)
     assert world.compass_deg(0.0)[0] == pytest.approx([0, 0, 30])

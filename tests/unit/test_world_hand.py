@@ -1,4 +1,4 @@
-"""A board in a hand: where it is, seen from the wrist, and what it feels, by numerical derivatives."""
+"""A board in a hand: its position relative to the wrist, and its acceleration, by numerical derivatives."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def held(motion: Callable[[World], object], tremor_mg: float) -> World:
 
 
 def position_m(world: World, t_s: Array) -> Array:
-    """The sensors' place: on a hand that moves up and down only, by the attitude alone."""
+    """Return the position of the sensors on a hand that moves only up and down, computed from the attitude."""
     place = world.rotation(t_s) @ -WRIST
     hand_m = world.altitude_m(t_s) - place[:, 2]
     return np.stack((place[:, 0], place[:, 1], place[:, 2] + hand_m), axis=1)
@@ -68,7 +68,7 @@ def test_trembling_rate_is_derivative_of_rotation(name: str) -> None:
 
 
 def test_turntable_gives_centripetal_acceleration() -> None:
-    """360 deg/s, 0.1 m from the axis: w^2 r towards the wrist, which is behind."""
+    """360 deg/s, 0.1 m from the axis: w^2 r towards the wrist, which is behind the board."""
     world = World()
     world.take_in_hand((0, -0.1, 0), tremor_mg=0)
     world.sweep("yaw", 360, duration_s=1)
@@ -123,7 +123,7 @@ def test_released_board_equals_one_without_hand() -> None:
 
 @pytest.mark.parametrize(("peak_mg", "hz"), [(10.0, 8.0), (35.0, 11.0)])
 def test_tremor_has_measured_strength_and_frequency(peak_mg: float, hz: float) -> None:
-    """Of one line of that peak: its root of the mean square; the spectrum lies within 2.5 Hz about it."""
+    """The RMS is that of a sinusoid with this peak. The spectrum is within 2.5 Hz about the frequency."""
     world = World()
     world.take_in_hand((0, -0.086, 0), peak_mg, hz)
     t_s = np.arange(1.0, 41.0, 0.005)
@@ -189,7 +189,7 @@ def test_sensors_sample_finely_only_while_hand_trembles() -> None:
 
 @pytest.mark.parametrize("yaw", range(0, 360, 45))
 def test_figure_of_eight_by_hand_finds_hard_iron(yaw: int) -> None:
-    """The middle of the extremes, as the lab's MagCalibration takes it, and back to where it began."""
+    """The result is the middle of the extremes, as in the lab's MagCalibration; the board returns to its start."""
     world = World()
     world.set_attitude(0, 0, yaw)
     world.set_hard_iron(120, -80, 45)
@@ -208,7 +208,7 @@ def test_figure_of_eight_by_unknown_actor_is_refused() -> None:
 
 
 def test_put_down_is_one_change_for_observers() -> None:
-    """No observer sees the height of a board that is in the hand and put down at the same time."""
+    """No observer sees the height of a board that is both in the hand and put down."""
     world = held(MOTIONS["none"], 0.0)
     world.rotate_to(60, 40, 0, duration_s=0.5)
     clock_s = 1.0

@@ -1,4 +1,4 @@
-"""Live changes: when they take effect, what they cut off, who hears of them, what they cost."""
+"""Changes of a running world: their start, plans that they discard, calls of observers, and their cost."""
 
 from __future__ import annotations
 
@@ -201,7 +201,7 @@ def test_live_changes_have_bounded_memory(
     monkeypatch.setattr(truth, "HISTORY_CHANGES", 400)
 
     def drag(changes: int) -> int:
-        """Bytes in use after so many changes, five a second, of every kind."""
+        """Return the bytes in use after this number of changes of every kind, five a second."""
         for index in range(changes):
             clock.advance_to(clock.now_ps + to_ps(0.2))
             world.set_attitude(index % 90, 0, 0)
@@ -223,7 +223,7 @@ def test_live_changes_have_bounded_memory(
 
 
 def test_followed_attitude_is_one_motion(clock: Clock, world: World) -> None:
-    """Sensors go through the motions of the last seconds at each block: there were hundreds."""
+    """Sensors process the motions of the last seconds for each block; before, there were hundreds."""
     for index in range(200):
         clock.advance_to(clock.now_ps + to_ps(0.02))
         world.follow_attitude(index % 90, 0, 0)

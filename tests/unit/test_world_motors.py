@@ -1,4 +1,4 @@
-"""Motors on the board: lines and strength of what they shake, their current's field, and who runs them."""
+"""Motors on the board: frequencies and strength of their vibration, their magnetic field, and their control."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def test_motors_shake_with_square_of_their_speed(throttle: float) -> None:
 
 @pytest.mark.parametrize(("axis", "lines"), [(0, 1), (1, 1), (2, 2)])
 def test_motor_vibration_is_at_speed_and_blade_frequency(axis: int, lines: int) -> None:
-    """400 Hz at full throttle, in the plane; two blades give twice that along Z."""
+    """400 Hz at full throttle in the plane. Two blades give twice this frequency along Z."""
     hz, power = scipy_signal.periodogram(shaken_m_s2(0.5)[:, axis], RATE_HZ)
     near = np.abs(hz - 200 * lines) < 200 * lines * 0.02
     assert power[near].sum() > 0.99 * power.sum()

@@ -1,4 +1,4 @@
-"""Straight motion of the board: felt by the accelerometer, known as a position."""
+"""Straight motion of the board: the accelerometer measures it, and the position is known."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ METRES = st.floats(-3.0, 3.0)
 
 
 def way_of(world: World, t_s: Array) -> Array:
-    """North, east, up: the felt acceleration, turned to the room, without gravity, integrated twice."""
+    """Return the way north, east, up: the measured acceleration in the room, without gravity, integrated twice."""
     felt = np.einsum("nij,nj->ni", world.rotation(t_s), world.specific_force_g(t_s)) * G
     acceleration = (felt - [0.0, 0.0, G]) * [1.0, -1.0, 1.0]
     speed = cumulative_trapezoid(acceleration, t_s, axis=0, initial=0)
@@ -32,7 +32,7 @@ def way_of(world: World, t_s: Array) -> Array:
 def test_integrating_felt_acceleration_twice_gives_way(
     north_m: float, east_m: float, up_m: float, duration_s: float, angle_deg: float
 ) -> None:
-    """Also while the board turns."""
+    """This also applies while the board turns."""
     world = World()
     world.set_attitude(20, -30, angle_deg)
     world.rotate_to(-50, 40, -angle_deg / 2, duration_s)
@@ -44,7 +44,7 @@ def test_integrating_felt_acceleration_twice_gives_way(
 
 
 def test_push_east_is_felt_along_board_axes() -> None:
-    """A minimum-jerk push peaks at 10/sqrt(3) d/T^2, first towards the east: minus Y of a board that faces north."""
+    """A minimum-jerk push has a peak of 10/sqrt(3) d/T^2, first towards the east: minus Y of a board that faces north."""
     world = World()
     world.move(east_m=0.3, duration_s=0.5)
     t_s = np.linspace(0, 0.5, 2001)
@@ -117,7 +117,7 @@ def test_scenario_moves_board(tmp_path: Path) -> None:
 
 
 def test_accelerometer_on_board_feels_push() -> None:
-    """Half of the way in, the speed is 15/8 d/T: the sum of the samples until then."""
+    """After half of the way, the speed is 15/8 d/T, which is the sum of the samples until then."""
     board = Board(firmware=None, ideal=True)
     bus = board.i2c("I2C2")
     bus.write(0x6B, bytes([0x10, 0x70]))  # CTRL1_XL: 833 Hz, 2 g

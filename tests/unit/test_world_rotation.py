@@ -1,4 +1,4 @@
-"""Attitude and angular rate of the world, against scipy's rotations and numerical derivatives."""
+"""Attitude and angular rate of the world, compared with scipy's rotations and numerical derivatives."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Steel in the room: a magnetic field that varies with the place of the board."""
+"""Steel in the room: a magnetic field that depends on the position of the board."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ RADIUS_M = 0.1
 
 
 def field_at(place_m: Array, radius_m: float = RADIUS_M, moment_am2: tuple[float, ...] = (0, 0, 0)) -> Array:
-    """Field NWU at places (N, 3), north, east, up from a sphere of steel; the board is moved there."""
+    """Return the field NWU at positions (N, 3), north, east, up from a sphere of steel, to which the board is moved."""
     fields = []
     for north_m, east_m, up_m in place_m:
         world = World()
@@ -32,7 +32,7 @@ def yaw_deg(world: World, t_s: float) -> float:
 
 
 def test_soft_steel_is_permeable_sphere() -> None:
-    """On its surface the field is normal: three times the normal part of the uniform one, without a tangent."""
+    """On the surface the field is normal: three times the normal part of the uniform field, without a tangential part."""
     directions = np.random.default_rng(1).normal(size=(50, 3))
     directions /= np.linalg.norm(directions, axis=1)[:, np.newaxis]
     fields = field_at(RADIUS_M * directions)
@@ -51,14 +51,14 @@ def test_steel_field_has_neither_divergence_nor_curl() -> None:
 
 
 def test_magnetised_steel_is_dipole_besides() -> None:
-    """Griffiths (5.88): 2 m / r^3 on the axis, 1 A m2 at 1 m is 1 mgauss each."""
+    """Griffiths (5.88): 2 m / r^3 on the axis; 1 A m2 at 1 m is 1 mgauss in each term."""
     places = np.array([[0.5, 0, 0], [0, 0.5, 0], [0, 0, 0.5]])
     change = field_at(places, moment_am2=(2.0, 0.0, 0.0)) - field_at(places)
     np.testing.assert_allclose(change, np.array([[32, 0, 0], [-16, 0, 0], [-16, 0, 0]]), atol=1e-9)
 
 
 def test_board_moved_by_ten_centimetres_turns_its_compass() -> None:
-    """Yaw by the field of a sphere, written out: B + R^3 (3 (B.r) r / r^2 - B) / r^3."""
+    """The yaw is that of a sphere's field, B + R^3 (3 (B.r) r / r^2 - B) / r^3."""
     world, other = World(), World()
     world.put_steel(north_m=0.2, east_m=0.2, up_m=-0.1, radius_m=0.12)
     for one in (world, other):

@@ -1,4 +1,4 @@
-"""How warm the board is: heating after power-on, and air that changes, against the differential equation."""
+"""Temperature of the board: heating after power-on and changes of the air, compared with the differential equation."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ HEATING_DEGC, TAU_S = 4.0, 100.0
 
 
 class Clocked:
-    """A world whose time is set by hand."""
+    """A world whose time the test sets."""
 
     def __init__(self, cold: bool = True) -> None:
         self.clock = Clock()
@@ -53,7 +53,7 @@ def test_ideal_board_follows_air_temperature_at_once() -> None:
 
 
 def test_board_temperature_follows_heat_equation() -> None:
-    """Against scipy's integration of tau dT/dt = air + heating - T, through four changes."""
+    """Compared with scipy's integration of tau dT/dt = air + heating - T, over four changes."""
     board, changes = Clocked(), [(0.0, 15.0), (30.0, 35.0), (30.0, 5.0), (130.0, 20.0), (131.0, 40.0)]
     for at_s, degc in changes:
         board.clock.advance_to(to_ps(at_s))
@@ -91,7 +91,7 @@ THERMOMETERS = {  # how each is switched on; OUT_TEMP and its counts in a degree
 
 @pytest.mark.parametrize("cold", [True, False])
 def test_thermometers_show_board_temperature(cold: bool) -> None:
-    """Over a minute: 5 degC (exp(-1 / 200) - exp(-61 / 200)) of a typical board."""
+    """Over a minute the change is 5 degC (exp(-1 / 200) - exp(-61 / 200)) on a typical board."""
     board = Board(cold_start=cold)
     readings = []
     for _ in range(2):
@@ -113,7 +113,7 @@ def test_thermometers_show_board_temperature(cold: bool) -> None:
 
 
 def test_sensor_near_regulator_is_warmer_by_its_share() -> None:
-    """Of the heating, not of what the board lags behind the air, nor of a recorded temperature."""
+    """The share is that of the heating, not of the lag behind the air, and not of a recorded temperature."""
     board = Clocked()
     places = [board.world.sensed("temperature_degc", heating=share) for share in (0.0, 0.5, -0.25)]
 

@@ -2,12 +2,12 @@
 
 ::
 
-    ATTACK ...        which ones; usual: all
-    --tries NUMBER    of each, in place of a full campaign's
-    --seed NUMBER     other tries; usual: 1
+    ATTACK ...        names of attacks; default: all
+    --tries NUMBER    tries of each attack, instead of those of a full campaign
+    --seed NUMBER     seed of the tries; default: 1
 
-Each attack has a process of its own, so that its memory is its own. Exit code 1 if anything happened that
-must not: an exception that is no error of ours, a message that is no line, an exit code that is no verdict.
+Each attack has a separate process, so that its memory can be measured. The exit code is 1 after a forbidden result:
+an exception that is not an error of this package, a message that is not a line, or an exit code that is not a verdict.
 """
 
 from __future__ import annotations

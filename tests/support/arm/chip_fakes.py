@@ -1,4 +1,4 @@
-"""A chip without a core, for tests of one block: real clock, trace and pins; interrupt and DMA lines record.
+"""A chip without a core for tests of one peripheral: real clock, trace and pins; interrupt and DMA lines record.
 
 ::
 

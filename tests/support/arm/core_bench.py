@@ -1,8 +1,8 @@
-"""A core with a program and one block: what tests of the core need, at a clock that makes times readable.
+"""A core with a program and one peripheral for tests of the core, with a clock that makes times easy to read.
 
-HCLK is 1 MHz and an instruction takes one cycle unless a test says otherwise, so the n-th instruction
-begins n microseconds after reset (times of exception entry and return come on top). Programs are written
-for :mod:`tests.support.arm.thumb_assembler`; labels that are names of exceptions become vectors::
+By default HCLK is 1 MHz and an instruction takes one cycle, so the n-th instruction begins n microseconds
+after reset (plus the times of exception entry and return). Programs are written for
+:mod:`tests.support.arm.thumb_assembler`. Labels that are names of exceptions become vectors::
 
     bench = CoreBench('''
     reset:   log 1
@@ -15,8 +15,8 @@ for :mod:`tests.support.arm.thumb_assembler`; labels that are names of exception
     bench.run_us(100)
     assert bench.values == [1, 2, 3]
 
-``log n`` writes a number, ``log rN`` a register to the :class:`Probe`, which notes value and time; it
-changes R12 and, for a number, R3, which exceptions save. It takes three or four instructions.
+``log n`` writes a number and ``log rN`` a register to the :class:`Probe`, which notes value and time. ``log``
+changes R12 and, for a number, R3; exceptions save both. It takes three or four instructions.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """An artificial class, judged by the lab's rubric, with the checks that each program should fail.
 
-It has the exercises of the shipped solution done one after the other, programs that are correct in other ways, one
-typical mistake each (tests/arm/mistakes), and one that prints constants without reading a sensor.
+It has the shipped solution with one more exercise in each program, and other correct programs. It also has programs
+with one typical mistake each (tests/arm/mistakes), and one that prints constants without reading a sensor.
 
 ``python -m tests.support.arm.graded_programs [NAME ...]`` judges all of them, or the named ones, ten seconds each,
 prints a table of programs and points, and lists those with unexpected points.

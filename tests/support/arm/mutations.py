@@ -50,7 +50,7 @@ def insert(out: bytearray, random: Random) -> None:
 
 
 def flood(out: bytearray, random: Random) -> None:
-    """Overwrite bytes with a LEB128 number that has no end, or hardly one."""
+    """Overwrite bytes with a LEB128 number that is long or has no end."""
     at, length = random.randrange(len(out) + 1), random.choice((4, 9, 10, 11, 200))
     end = min(at + length, len(out))
     out[at:end] = bytes([random.choice((0x80, 0xFF))]) * (end - at)

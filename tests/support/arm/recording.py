@@ -1,19 +1,19 @@
-"""What a run leaves behind, as a record that can be kept in a file and compared with another build's.
+"""Records of the results of runs, which are kept in files and compared with those of another build.
 
 ::
 
     python -m tests.support.arm.recording --list              the cases
     python -m tests.support.arm.recording NAME ...            compare these cases with their files; without names, all
-    python -m tests.support.arm.recording --write NAME ...    record them anew after a deliberate change
-    python -m tests.support.arm.recording --write-timing ...  only times and final state, when the rest is the same
+    python -m tests.support.arm.recording --write NAME ...    record them again after a deliberate change
+    python -m tests.support.arm.recording --write-timing ...  only times and final state, if the rest is the same
     python -m tests.support.arm.recording --all NAME          every entry as text, for ``diff`` between two builds
 
-A record that is written anew gets its line in recorded/README.md, with the manual's reason.
+Each record that is written again needs a line in recorded/README.md, with the reason from the manual.
 
-A record has two parts. ``exact`` is what does not depend on how long an instruction takes: bytes, text, order
-of transfers, edges of pins, notes; of long sequences only the first fifteen sixteenths, so that what lies
-close to the end of the run may be on either side of it. ``timing`` is the rest: when each of these happened,
-how many instructions were executed, registers and RAM at the end.
+A record has two parts. ``exact`` has the results that do not depend on the duration of an instruction: bytes, text,
+order of transfers, edges of pins, notes. Of long sequences it has only the first fifteen sixteenths, because events
+near the end of a run may come before or after the end. ``timing`` has the other results: the times of all events, the
+number of executed instructions, and registers and RAM at the end.
 
 Long sequences are kept as their first entries and one digest for each 64 entries.
 """
