@@ -126,9 +126,7 @@ class Spans(Generic[P]):
 
     def __init__(self) -> None:
         self._recent: list[Span[P]] = []
-        self._past: list[
-            Span[P]
-        ] = []  # in the order of their ends, which are all before the ends of recent events
+        self._past: list[Span[P]] = []  # in the order of their ends, all before the ends of recent events
         self._count = 0
         self._oldest_s = -math.inf
 
