@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.assembly.board import Board
-from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
+from fcu_emulator.emulator.chip.diagnosis.backtrace import CALLBACK, Places
 from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
 from fcu_emulator.emulator.chip.firmware import ArmFirmware
 from fcu_emulator.emulator.trace import GpioEdge
@@ -104,7 +104,6 @@ _FEWEST_EDGES = 4
 _STILL_G = 0.05
 _REGULAR, _MOSTLY = 0.25, 0.9  # share of the usual interval, and share of all intervals
 _TOGGLE = "BSP_LED_Toggle"
-_CALLBACK = "HAL_TIM_PeriodElapsedCallback"
 
 
 def _toggled(board: Board, name: str, angle: str, looks: Sequence[_LedCondition]) -> Iterator[Diagnosis]:
@@ -152,7 +151,7 @@ def _toggling_lines(arm: ArmFirmware | None, in_callback: bool) -> Iterator[str]
     if arm is None:
         return
     places = Places(arm.image)
-    for function in (_CALLBACK,) if in_callback else ("main", _CALLBACK):
+    for function in (CALLBACK,) if in_callback else ("main", CALLBACK):
         start = places.address_of(function)
         call = start and places.call_of((_TOGGLE,), start, arm.chip.core.memory)
         if call:

@@ -16,6 +16,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from fcu_emulator.emulator.analysis.led_switches import LedSwitches
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S, Periodic
 from fcu_emulator.emulator.scenario.run_view import FORMATS, TRUTH, lab_angles
@@ -97,6 +98,7 @@ class TruthRecorder:
         """Number of polls of compiled firmware while the timer ticked and no fault was handled."""
         self.callback_seen = 0
         """Number of these polls during the timer's interrupt."""
+        self.switches = LedSwitches(board)
         self._watching = Periodic(board.clock, board.clock.now_ps, _LOOK_PS, self._look)
 
     @property

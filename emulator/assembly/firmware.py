@@ -145,7 +145,10 @@ def _wanted_wiring(board: BoardDescription, symbols: Symbols | None) -> tuple[Wi
         return None, ""
     wiring, symbol = found[0]
     others = " or ".join(other.bus for other in board.wirings if other.symbols and other is not wiring)
-    return wiring, f"it has {symbol}, a handle of {wiring.bus}, and no handle of {others or 'another bus'}"
+    return (
+        wiring,
+        f"the firmware has {symbol}, a handle of {wiring.bus}, and no handle of {others or 'another bus'}",
+    )
 
 
 def _tried_out(

@@ -470,7 +470,7 @@ def _check(check: CheckResult, hints: Sequence[tuple[str, str]]) -> Iterator[str
     yield f"  {paint('FAIL', 'fail')}  {first.lstrip()}"
     yield from rest
     seen = "; ".join(filter(None, (check.actual, check.printed and f"such as {check.printed}")))
-    told = (("expected", check.expected), ("seen", seen), *hints)
+    told = (("expected", check.expected), ("seen", seen), ("line", check.source), *hints)
     for word, text in told:
         if text:
             yield from wrapped(f"        {word}: {text}", hang=0)

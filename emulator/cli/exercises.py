@@ -126,6 +126,7 @@ def _check(check: CheckResult) -> dict[str, str]:
         "outcome": check.outcome,
         "expected": check.expected,
         "seen": check.unjudged_because or seen,
+        "source": check.source,
         "hint": check.hint if wrong else "",
     }
 

@@ -7,11 +7,12 @@ import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Protocol
 
+from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.chip.memory_map import FLASH_SIZE
@@ -280,7 +281,7 @@ def _announcement(
     what = f", scenario {options.scenario}" if options.scenario else ""
     yield f"board {booted.wiring.name}, firmware {booted.name}{what}, seed {board.seed}, {pace}"
     if booted.reason:
-        yield f"wiring {booted.wiring.name}, selected by the firmware: {booted.reason}"
+        yield f"wiring {booted.wiring.name} was selected because {booted.reason}"
     yield from isolation_announcement()
     yield from booted.notes
     for link in links:
@@ -343,12 +344,28 @@ def judge_run(board: Board, runner: Runner) -> Judgement:
 
 def _judge_and_say(board: Board, runner: Runner, record: RunRecord) -> ExitCode:
     judgement = judge_run(board, runner)
+    if judgement.result is not None and record.recorder is not None:
+        judgement = replace(judgement, result=_with_sources(judgement.result, board, record.recorder))
     record.result, record.unchecked = judgement.result, judgement.unchecked
     if judgement.unchecked:
         say_to_user(f"expectations not checked: {judgement.unchecked}", "warning")
     if judgement.result is not None:
         _say_result(judgement.result, judgement.code)
     return judgement.code
+
+
+def _with_sources(result: Result, board: Board, recorder: TruthRecorder) -> Result:
+    """Return the result with the firmware's statements behind failed expectations."""
+    if board.chip is None or board.scenario is None or result.passed:
+        return result
+    from fcu_emulator.emulator.analysis.source_lines import SourceLines  # slow to import: pydantic
+
+    lines = SourceLines(recorder)
+    found = (
+        replace(one, source=lines.line(expectation)) if one.fault else one
+        for one, expectation in zip(result.expectations, board.scenario.expectations, strict=True)
+    )
+    return replace(result, expectations=tuple(found))
 
 
 def _explain_wrong_numbers(board: Board, firmware: str | None, result: Result | None) -> list[Diagnosis]:

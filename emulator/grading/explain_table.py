@@ -11,6 +11,11 @@
     [explain.shows]                    # the formulas that the numbers of a check show, in the order of its expectations
     "1.acc" = ["acc_x"]
 
+    [[explain.call]]                   # a function that must be called, if the program has it
+    function = "MagCalibration"
+    caller = "HAL_TIM_PeriodElapsedCallback"
+    checks = ["5.yaw"]
+
 Decision: the formulas affect no points. A check compares with the truth; the formulas only say where and why a program
 differs, so that a mistake in them cannot cost points.
 """
@@ -24,6 +29,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
+from fcu_emulator.emulator.explain.calls import LabCall
 from fcu_emulator.emulator.explain.explanation import Alternative, Arithmetic
 from fcu_emulator.emulator.explain.expression import CONSTANTS, FUNCTIONS, FormulaError, Node, names, parse
 from fcu_emulator.emulator.explain.probe import InputRegister
@@ -47,6 +53,7 @@ def _formula(value: object) -> str:
 
 
 FormulaName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,39}$")]
+CName = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,62}$")]
 FormulaText = Annotated[str, BeforeValidator(_formula)]
 
 
@@ -71,6 +78,14 @@ class AlternativeTable(Table):
     not_for: list[str] = Field(default_factory=list, max_length=_MOST)
 
 
+class CallTable(Table):
+    """A function that ``caller`` must call; the numbers of ``checks`` need it."""
+
+    function: CName
+    caller: CName
+    checks: list[str] = Field(min_length=1, max_length=_MOST)
+
+
 class ExplainTable(Table):
     """The table ``[explain]``."""
 
@@ -78,6 +93,7 @@ class ExplainTable(Table):
     formulas: dict[FormulaName, FormulaText] = Field(min_length=1, max_length=_MOST)
     alternative: list[AlternativeTable] = Field(default_factory=list, max_length=10)
     shows: dict[str, list[FormulaName]] = Field(min_length=1, max_length=_MOST)
+    call: list[CallTable] = Field(default_factory=list, max_length=_MOST)
 
     @model_validator(mode="after")
     def _names_are_known(self) -> ExplainTable:
@@ -107,9 +123,13 @@ class ExplainTable(Table):
         alternatives = (Alternative(_trees(one.formulas), frozenset(one.not_for)) for one in self.alternative)
         return Arithmetic(inputs, _trees(self.formulas), tuple(alternatives))
 
+    def calls(self) -> list[LabCall]:
+        return [LabCall(one.function, one.caller, frozenset(one.checks)) for one in self.call]
+
     def unknown_check(self, known: Collection[str]) -> str:
         """Return a named check that the rubric does not have, or ""."""
-        named = (*self.shows, *(one for changed in self.alternative for one in changed.not_for))
+        others = [*(one.not_for for one in self.alternative), *(one.checks for one in self.call)]
+        named = (*self.shows, *(name for each in others for name in each))
         return next((one for one in named if one not in known), "")
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from fcu_emulator.emulator.assembly.board import Board
+from fcu_emulator.emulator.assembly.firmware import choose
 from fcu_emulator.emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY, Diagnosis
 from fcu_emulator.emulator.grading.rubric import Rubric
 from fcu_emulator.emulator.grading.verdict import CheckResult, DiagnosedCause, RunEvidence
@@ -40,7 +42,7 @@ def explained(
         ]
     wanted = [output for every in outputs.values() for output in every]
     if not wanted:
-        return list(evidence)
+        return _with_missing_calls(evidence, firmware, rubric, results)
     from fcu_emulator.emulator.explain.explanation import explain_numbers, first_of
 
     found = explain_numbers(firmware, rubric.explain.arithmetic(), wanted, limits)
@@ -48,6 +50,34 @@ def explained(
     for one in evidence:
         checks = {output.check for output in outputs.get(one.run, [])}
         here = first_of([each for each in found if each.check in checks])
+        changed.append(one.model_copy(update={"causes": (*map(cause_of, here), *one.causes)}))
+    return _with_missing_calls(changed, firmware, rubric, results)
+
+
+def _with_missing_calls(
+    evidence: Sequence[RunEvidence],
+    firmware: str | Path,
+    rubric: Rubric,
+    results: Mapping[str, CheckResult],
+) -> list[RunEvidence]:
+    """Return the evidence with the functions that the program has but does not call, first."""
+    from fcu_emulator.emulator.explain.calls import never_called
+
+    assert rubric.explain is not None
+    failed = {
+        name
+        for name, one in results.items()
+        if one.outcome in ("failed", "partial") and one.visibility == "always"
+    }
+    calls = [one for one in rubric.explain.calls() if one.checks & failed]
+    image = choose(Board.description, firmware, None).image
+    found = list(never_called(image, calls)) if calls and image is not None else []
+    changed = []
+    for one in evidence:
+        exercises = tuple(f"{exercise}." for exercise in one.exercises)
+        here = [
+            each for call, each in found if any(name.startswith(exercises) for name in call.checks & failed)
+        ]
         changed.append(one.model_copy(update={"causes": (*map(cause_of, here), *one.causes)}))
     return changed
 

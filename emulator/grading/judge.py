@@ -17,12 +17,13 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from fcu_emulator.emulator.analysis.mistakes import explain
 from fcu_emulator.emulator.analysis.recorder import TruthRecorder
+from fcu_emulator.emulator.analysis.source_lines import SourceLines
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.assembly.firmware import FirmwareFactory, choose
 from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
 from fcu_emulator.emulator.clock import PS_PER_S, seconds, to_ps
 from fcu_emulator.emulator.errors import FirmwareError, NotJudgedError
-from fcu_emulator.emulator.grading.checks import AnyCheck, Check, FinishedRun
+from fcu_emulator.emulator.grading.checks import AnyCheck, Check, FinishedRun, QuietCallback
 from fcu_emulator.emulator.grading.explained import cause_of, explained
 from fcu_emulator.emulator.grading.prerequisites import PREREQUISITE
 from fcu_emulator.emulator.grading.rubric import CheckTable, ExerciseTable, Rubric, load_rubric
@@ -369,6 +370,7 @@ class _JudgedRun:
             expected=_expected(failed, check),
             actual=first.seen if first else "",
             printed=next(filter(None, map(_first_printed, failed)), ""),
+            source=self._source(check, results),
             finding=first.reason if first else "",
             fault=(first.fault or "") if first else "",
             hint=check.hint_for(first.reason, first.fault or "") if first else "",
@@ -376,6 +378,15 @@ class _JudgedRun:
             detail=check.detail,
             unjudged_because=unjudged,
         )
+
+    def _source(self, check: CheckTable, results: Sequence[ExpectationResult]) -> str:
+        """Return the statement behind the first failure whose statement is known, or ""."""
+        if not any(one.fault for one in results):
+            return ""
+        lines = SourceLines(self.recorder)
+        failed = (one for one, result in zip(check.expect, results, strict=False) if result.fault)
+        found = (lines.callback() if isinstance(one, QuietCallback) else lines.line(one) for one in failed)
+        return next(filter(None, found), "")
 
     def _evaluated(self, check: AnyCheck, enough_ps: int | None) -> ExpectationResult:
         """Return one expectation's result. Raises NotJudgedError, also for an unexpected error in the check."""

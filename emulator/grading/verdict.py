@@ -31,8 +31,9 @@ class CheckResult(ResultModel):
     """Result of one check of a rubric.
 
     ``check``: unique name ("3.pitch"). ``expected`` and ``actual``: sentences. ``printed``: the first wrong line,
-    quoted, with its time. ``finding``: kind of failure, for hints; ``fault``: its general kind. ``detail``: the part
-    that a student sees: all; all without the expected value; title and outcome; or the outcome only.
+    quoted, with its time. ``source``: the statement that prints the line or switches the LED. ``finding``: kind of
+    failure, for hints; ``fault``: its general kind. ``detail``: the part that a student sees: all; all without the
+    expected value; title and outcome; or the outcome only.
     """
 
     check: str
@@ -44,6 +45,7 @@ class CheckResult(ResultModel):
     expected: str = ""
     actual: str = ""
     printed: str = ""
+    source: str = ""
     finding: str = ""
     fault: str = ""
     hint: str = ""
@@ -234,7 +236,15 @@ def _for_student(check: CheckResult, unnamed: Collection[str] = ()) -> CheckResu
         return check
     hidden: dict[str, object] = {"expected": "", "actual": check.printed or check.actual}
     if check.detail in ("name", "none"):
-        hidden |= {"actual": "", "printed": "", "finding": "", "fault": "", "hint": "", "requires_unmet": ()}
+        hidden |= {
+            "actual": "",
+            "printed": "",
+            "source": "",
+            "finding": "",
+            "fault": "",
+            "hint": "",
+            "requires_unmet": (),
+        }
     if check.detail == "none":
         hidden |= {"title": "a hidden check"}
     return check.model_copy(update=hidden)

@@ -155,6 +155,9 @@ class Patience:
 
 def losses(name: object, *counts: tuple[int, str]) -> list[str]:
     """Return the line of :meth:`ByteLink.report`; each of ``counts`` is a number of lost bytes and its reason."""
-    reasons = [f"{count} {why}" for count, why in counts if count]
-    lost = sum(count for count, _ in counts)
-    return [f"serial: {lost} bytes lost on {name}: {', '.join(reasons)}"] if lost else []
+    reasons = [(count, why) for count, why in counts if count]
+    if len(reasons) == 1:
+        return [f"serial: {reasons[0][0]} bytes lost on {name} {reasons[0][1]}"]
+    lost = sum(count for count, _ in reasons)
+    each = ", ".join(f"{count} {why}" for count, why in reasons)
+    return [f"serial: {lost} bytes lost on {name}: {each}"] if lost else []

@@ -207,11 +207,11 @@ class TcpLink:
             self.address,
             (self._lost_absent, "while no terminal was connected"),
             (self._lost_slow, "because a reader was too slow"),
-            (self._left_unread, "left unread by readers"),
+            (self._left_unread, "that readers left unread"),
         )
         if self._refused:
             lines.append(
-                f"serial: {self.address} refused connections: {self._refused}; {MOST_READERS} were open"
+                f"serial: connections refused at {self.address}: {self._refused} (at most {MOST_READERS} may be open)"
             )
         return lines
 

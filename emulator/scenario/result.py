@@ -34,6 +34,8 @@ class ExpectationResult:
     """Kind of mistake, if known: for a LED "never lit", "one side", "late" and so on."""
     says: str = ""
     """The whole expectation in words."""
+    source: str = ""
+    """The statement of the firmware that prints the line or switches the LED, with its place, if known."""
     key: str = ""
     kind: str = ""
 
@@ -57,10 +59,11 @@ class ExpectationResult:
     def lines(self) -> list[str]:
         """Return the failure for people, or none."""
         head = [f"{self.fault}: {self.summary}"] if self.fault else []
-        return [*head, *(f"    {line}" for line in self.diff)]
+        source = [f"    line: {self.source}"] if self.source else []
+        return [*head, *(f"    {line}" for line in self.diff), *source]
 
     def to_dict(self) -> dict[str, Any]:
-        names = ("key", "kind", "fault", "expected", "seen")
+        names = ("key", "kind", "fault", "expected", "seen", "source")
         return {**{name: getattr(self, name) for name in names}, "diff": list(self.diff)}
 
     @property

@@ -363,8 +363,8 @@ def against_truth(field: str, lines: Sequence[PrintedLine], settle_ps: int, wind
             rows.append((line.at_ps / PS_PER_S, fields[field], truth, error, _flag(field, line)))
             judged.append(line.error(field, fields[field], settle_ps))
     if not rows:
-        return [f"{field} against the truth{window}: never printed"]
-    title = f"{field} against the truth at the moment of printing{window}"
+        return [f"{field} compared with the truth{window}: the firmware printed no {field}"]
+    title = f"{field} compared with the truth at the time of printing{window}"
     table = [title, f"{'t':>9} {'printed':>12} {'truth':>12} {'error':>12}"]
     worst = max(range(len(rows)), key=lambda row: abs(rows[row][3]) if math.isfinite(rows[row][3]) else -1.0)
     for index in _chosen(len(rows), worst):
@@ -377,7 +377,7 @@ def against_truth(field: str, lines: Sequence[PrintedLine], settle_ps: int, wind
     counted = f"{_largest(judged):+.3f}"
     if counted != f"{largest:+.3f}":
         which = nearest_truth(settle_ps)
-        table.append(f"the check uses the error against {which}: largest {counted}")
+        table.append(f"the expectations compare with {which}: largest error {counted}")
     return table
 
 

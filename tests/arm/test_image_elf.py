@@ -47,7 +47,7 @@ def test_contents_of_ram_are_loaded_there() -> None:
 
 
 @pytest.mark.parametrize("path", PREBUILT, ids=lambda path: path.stem)
-def test_our_own_firmware_loads_as_pyelftools_reads_it(path: Path) -> None:
+def test_segments_equal_those_that_pyelftools_reads(path: Path) -> None:
     image = parse_firmware(path.read_bytes(), path)
     with path.open("rb") as file:
         loads = [one for one in ELFFile(file).iter_segments("PT_LOAD") if one["p_filesz"]]

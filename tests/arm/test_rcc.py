@@ -309,7 +309,7 @@ def test_other_crystal_makes_84_mhz(crystal_hz: int, m: int) -> None:
     assert board.chip.notes() == []
 
 
-def test_note_names_crystal_of_board() -> None:
+def test_pll_for_another_crystal_leaves_a_note() -> None:
     """The PLL is set up for 16 MHz on a board with 8 MHz."""
     board = Board(Oscillators(hse_hz=8_000_000, crystal_hz=8_000_000))
     board.start_hse()

@@ -32,7 +32,7 @@ def test_forbidden_setting_is_named_once(case: Case, words: Words) -> None:
 
 
 @pytest.mark.parametrize("case", CASES, ids=str)
-def test_preceding_settings_are_allowed(case: Case) -> None:
+def test_settings_before_the_forbidden_one_leave_no_note(case: Case) -> None:
     chip = Chip(case.part)
     chip.configure(case.before)
 

@@ -232,6 +232,6 @@ def test_pages_use_public_names_only(page: Path) -> None:
     assert not INNARDS.findall(text)
 
 
-def test_scenario_runs_by_public_names() -> None:
+def test_public_names_suffice_to_run_a_scenario() -> None:
     plan = load_scenario("flat")
     assert run(Board("lab3", scenario=plan)).passed

@@ -71,8 +71,8 @@ export class ExerciseView {
   }
 }
 
-function line({ title, outcome, expected, seen, hint }: Check): HTMLElement {
-  const more = [expected && `expected: ${expected}`, seen && `seen: ${seen}`, hint && `hint: ${hint}`].filter((one) => one !== "");
+function line({ title, outcome, expected, seen, source, hint }: Check): HTMLElement {
+  const more = [expected && `expected: ${expected}`, seen && `seen: ${seen}`, source && `line: ${source}`, hint && `hint: ${hint}`].filter((one) => one !== "");
   return el("li", { class: outcome === "passed" ? "met" : outcome === "unjudged" ? "open" : "failed", "data-outcome": outcome },
     el("b", { role: "img", "aria-label": outcome }, SIGNS[outcome]), el("span", {}, title, ...more.map((text) => el("small", {}, text))));
 }

@@ -36,7 +36,7 @@ export type PlottedTruth = Omit<Truth, "rotation" | "magnet_m">;
 export interface Plotted { t_s: number; truth: PlottedTruth; samples: Record<string, number[]>; variables: Record<string, number> }
 export interface Past { type: "past"; run: number; states: Plotted[]; prints: { t_s: number; values: Record<string, number> }[] }
 export interface Unknown { type: "unknown"; variables: string[] }
-export interface Check { title: string; outcome: "passed" | "partial" | "failed" | "unjudged"; expected: string; seen: string; hint: string }
+export interface Check { title: string; outcome: "passed" | "partial" | "failed" | "unjudged"; expected: string; seen: string; source: string; hint: string }
 export interface Checked {
   type: "checked"; exercise: string; state: "checking" | "done" | "begun" | "not yet" | "unjudged" | "error"; points: number;
   max_points: number; checks: Check[]; causes: { summary: string; details: string[]; fatal: boolean }[]; problem: string; outdated: boolean;

@@ -18,6 +18,8 @@ from fcu_emulator.emulator.chip.memory_map import FLASH_MEMORY, RAM_MEMORY
 ReadWord = Callable[[int], int | None]
 ReadCode = Callable[[int, int], "memoryview[int] | None"]
 
+CALLBACK = "HAL_TIM_PeriodElapsedCallback"
+"""The HAL's callback of a timer, in which the lab reads the sensors."""
 _MAX_FUNCTIONS = 500
 
 # -- addresses as function and source line ------------------------------------------------------------------
@@ -71,7 +73,7 @@ class Places:
             function = self.function(address)
             if function is None:
                 continue
-            for site, target in _calls_of(function, code):
+            for site, target in calls_of(function, code):
                 callee = self.function(target)
                 if callee is None or callee.start in seen or callee.start != target & ~1:
                     continue
@@ -96,7 +98,8 @@ class Places:
         return []
 
 
-def _calls_of(function: FunctionAt, code: ReadCode) -> Iterator[tuple[int, int]]:
+def calls_of(function: FunctionAt, code: ReadCode) -> Iterator[tuple[int, int]]:
+    """Yield the address and target of each call, and of each jump to another function."""
     address, end = function.start, function.start + function.size
     while address < end:
         content = code(address, 4)

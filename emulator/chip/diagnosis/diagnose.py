@@ -12,7 +12,7 @@ from fcu_emulator.emulator.buses.i2c import is_scan
 from fcu_emulator.emulator.chip.chip import Chip
 from fcu_emulator.emulator.chip.cpu.core import Core
 from fcu_emulator.emulator.chip.cpu.fault_log import CORE, FaultLog, FaultRecord, word_of
-from fcu_emulator.emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Places
+from fcu_emulator.emulator.chip.diagnosis.backtrace import CALLBACK, NOTE, Backtrace, Places
 from fcu_emulator.emulator.chip.diagnosis.evidence import (
     TRANSFERS_SHOWN,
     PeripheralNotes,
@@ -183,7 +183,6 @@ def _unselected(transfers: RecentTransfers) -> Diagnosis | None:
 
 # -- timer callbacks ----------------------------------------------------------------------------------------
 
-_CALLBACK = "HAL_TIM_PeriodElapsedCallback"
 _FEWEST_TICKS = 20  # fewer ticks prove nothing
 _STARVED_PS = 100 * PS_PER_MS
 _WAITING = {
@@ -214,7 +213,7 @@ def slow_callback(chip: Chip, places: Places) -> Diagnosis | None:
 
 
 def _sometimes_slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis | None:
-    waits = _waiting_call(chip, places)
+    waits = waiting_call(chip, places)
     if waits is None:
         return None
     site, name = waits
@@ -225,12 +224,13 @@ def _sometimes_slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis | Non
         f"It calls {name}(), from {places.place(site)}.",
         _WAITING[name],
     )
-    summary = f"{_CALLBACK}() occasionally takes longer than a {period} tick"
+    summary = f"{CALLBACK}() occasionally takes longer than a {period} tick"
     return Diagnosis("callback", summary, details, fatal=False)
 
 
-def _waiting_call(chip: Chip, places: Places) -> tuple[int, str] | None:
-    callback = places.address_of(_CALLBACK)
+def waiting_call(chip: Chip, places: Places) -> tuple[int, str] | None:
+    """Return the callback's call of a function that waits or prints, and the function's name."""
+    callback = places.address_of(CALLBACK)
     return places.call_of(_WAITING, callback, chip.core.memory) if callback is not None else None
 
 
@@ -238,7 +238,7 @@ def _slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis:
     core = chip.core
     period_ps = PS_PER_S / timer.rate_hz
     taken = milliseconds(round(period_ps * timer.ticks / (timer.ticks - timer.lost)))
-    name = f"{_CALLBACK}()" if places.address_of(_CALLBACK) else f"the handler of {timer.name}"
+    name = f"{CALLBACK}()" if places.address_of(CALLBACK) else f"the handler of {timer.name}"
     summary = f"{name} takes about {taken} of a {milliseconds(round(period_ps))} tick"
     details = [
         (
@@ -247,7 +247,7 @@ def _slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis:
         ),
         "Use fewer or shorter transfers, a faster bus, a lower rate, or less arithmetic in the callback.",
     ]
-    waits = _waiting_call(chip, places)
+    waits = waiting_call(chip, places)
     if waits is not None:
         site, name = waits
         details.insert(0, f"It calls {name}(), from {places.place(site)}.")

@@ -49,7 +49,7 @@ class PrintedLines:
 
     def __init__(self, image: FirmwareImage, places: Places, text: bytes) -> None:
         self._image, self._places = image, places
-        self._formats = list(_formats(image))
+        self.formats = list(_formats(image))
         lines = text[-LATEST_TEXT:].decode("latin-1").replace("\r", "\n").split("\n")
         distinct = list(dict.fromkeys(line.strip() for line in lines if line.strip()))[-_MAX_LINES:]
         self.lines = [printed for line in distinct if (printed := self._made_by(line)) is not None]
@@ -65,7 +65,7 @@ class PrintedLines:
     def _made_by(self, line: str) -> FormattedLine | None:
         found = [
             FormattedLine(line, one, values)
-            for one in self._formats
+            for one in self.formats
             if (values := _match(one, line)) is not None
         ]
         return max(found, key=lambda printed: len(printed.made_by.text), default=None)

@@ -23,6 +23,7 @@ Kind: TypeAlias = Literal[
     "sensor",
     "led",
     "formula",
+    "call",
 ]
 
 KEEPS_SAMPLES_AWAY: frozenset[Kind] = frozenset({"callback", "timer", "bus", "clock"})

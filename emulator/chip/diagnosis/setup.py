@@ -9,7 +9,7 @@ from fcu_emulator.emulator.boards.description import BoardSignals
 from fcu_emulator.emulator.buses.uart import BAUD
 from fcu_emulator.emulator.chip.chip import Chip
 from fcu_emulator.emulator.chip.cpu.exceptions import FIRST_INTERRUPT, bits
-from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
+from fcu_emulator.emulator.chip.diagnosis.backtrace import CALLBACK, Places
 from fcu_emulator.emulator.chip.diagnosis.evidence import absent
 from fcu_emulator.emulator.chip.diagnosis.hang import exception_name
 from fcu_emulator.emulator.chip.diagnosis.report import Cause, Diagnosis, section
@@ -23,7 +23,6 @@ _TALKS_TO_SENSORS = (
     "HAL_SPI_TransmitReceive",
     "HAL_I2C_Master_Receive",
 )
-_CALLBACK = "HAL_TIM_PeriodElapsedCallback"
 _HAL_TIM = "stm32f4xx_hal_tim.c"  # contains the default callback
 _LAB = (b"ACC[x,y,z]", b"Pitch:")
 
@@ -216,7 +215,7 @@ def never_ticked(chip: Chip, signals: BoardSignals, places: Places) -> Diagnosis
     """Report a timer callback that no timer calls."""
     if signals.clock.now_ps < 2 * PS_PER_S or any(timer.ticks for timer in chip.timers.values()):
         return None
-    callback = places.address_of(_CALLBACK)
+    callback = places.address_of(CALLBACK)
     if callback is None or places.file(callback) in (
         _HAL_TIM,
         "",
@@ -225,7 +224,7 @@ def never_ticked(chip: Chip, signals: BoardSignals, places: Places) -> Diagnosis
     what, why = _why_no_ticks(chip, signals.board.timer.peripheral)
     where = places.place(callback)
     return Diagnosis(
-        "timer", f"{_CALLBACK}() was never called: {what}", (why, f"The callback is {where}."), False
+        "timer", f"{CALLBACK}() was never called: {what}", (why, f"The callback is {where}."), False
     )
 
 

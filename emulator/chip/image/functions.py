@@ -13,6 +13,7 @@ from fcu_emulator.emulator.chip.image.elf import DebugInfoError
 _SUBPROGRAM, _PARAMETER, _UNSPECIFIED_PARAMETERS = 0x2E, 0x05, 0x18
 _POINTER, _TRANSPARENT = 0x0F, frozenset({0x16, 0x26, 0x35, 0x37, 0x47})  # typedef, const, volatile ...
 _AT_LOW_PC, _AT_ABSTRACT_ORIGIN, _AT_SPECIFICATION, _AT_INLINE = 0x11, 0x31, 0x47, 0x20
+_AT_DECLARATION = 0x3C
 _INLINED = (1, 3)  # DW_INL_inlined, DW_INL_declared_inlined
 _LONGEST_CHAIN = 8
 _MAX_FUNCTIONS = 1 << 16
@@ -59,6 +60,13 @@ class Functions:
 
     def is_inlined(self, name: str) -> bool:
         return name in self._entries[1]
+
+    def is_defined(self, name: str) -> bool:
+        """Return whether the source defines a function, also one that the linker has removed."""
+        return any(
+            self._info.name(entry) == name and entry.number(_AT_DECLARATION) is None
+            for entry in self._info.find(_SUBPROGRAM)
+        )
 
     def signature_at(self, address: int) -> Signature:
         if address not in self._known:

@@ -34,6 +34,14 @@ _LOCAL, _GLOBAL, _WEAK = 0, 1, 2
 _UNDEFINED = 0
 
 
+class Definition(NamedTuple):
+    """A function's definition; ``address`` is None if the image does not have the function."""
+
+    is_inlined: bool
+    address: int | None
+    size: int
+
+
 class FunctionAt(NamedTuple):
     """The function that contains an address, ``offset`` bytes after its even ``start``.
 
@@ -253,6 +261,18 @@ class Symbols:
                 kind="cloned",
             )
         return symbol.address, self._functions.signature_at(symbol.address)
+
+    def definition(self, name: str) -> Definition | None:
+        """Return the definition of a function, also of one that the linker has removed; None if it is unknown."""
+        try:
+            if self._functions is None or not self._functions.is_defined(name):
+                return None
+            is_inlined = self._functions.is_inlined(name)
+        except DebugInfoError:
+            return None
+        symbols = self._table.named(name) if self._table else []
+        at = self.function_at(symbols[0].address) if symbols else None
+        return Definition(is_inlined, at.start if at else None, at.size if at else 0)
 
     def code_ranges(self, is_wanted: Callable[[str], bool]) -> list[tuple[int, int]]:
         """Return the begin and end of code whose source file's path is wanted, in ascending order."""

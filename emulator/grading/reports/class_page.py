@@ -82,8 +82,9 @@ def summary(graded: GradedClass) -> list[str]:
     if points:
         middle = f"mean {statistics.fmean(points):.1f}, median {statistics.median(points):.1f}"
         full = sum(value >= graded.max_points for value in points)
-        have = "has" if full == 1 else "have"
-        lines.append(f"of {number(graded.max_points)} points: {middle}; {full} {have} all of them")
+        lines.append(
+            f"of {number(graded.max_points)} points: {middle}; {_counted(full, 'student')} with full points"
+        )
     return lines
 
 

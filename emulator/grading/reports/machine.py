@@ -145,6 +145,7 @@ def _sentences(check: CheckResult) -> str:
         ("expected", check.expected),
         ("seen", check.actual),
         ("such as", printed),
+        ("line", check.source),
         ("hint", check.hint),
     )
     return "\n".join(f"{name}: {text}" for name, text in parts if text)

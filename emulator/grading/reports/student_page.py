@@ -167,6 +167,7 @@ def _check(check: CheckResult) -> Html:
         ("expected", check.expected),
         ("seen", check.actual),
         ("such as", check.printed if check.printed != check.actual else ""),
+        ("line", check.source),
         ("because", check.unjudged_because),
         ("hint", check.hint if check.outcome in ("failed", "partial") else ""),
     ):

@@ -1,9 +1,9 @@
 /* SPI on three wires (RM0368 20.3.4, "1 clock and 1 bidirectional data wire").
  *
- * A master that receives on its one data wire clocks byte after byte while SPE is set. To get
- * one byte, SPE must be cleared during that byte, which is then completed (RM0368 20.3.8,
- * "Disabling the SPI": wait one SPI clock cycle, then clear SPE). Decision: every byte is
- * received in this way. Setting SPE for a whole block was rejected, because an interrupt could
+ * A master that receives on its one data wire clocks byte after byte while SPE is set. If the
+ * software clears SPE during a byte, this byte is the last one and is received whole (RM0368
+ * 20.3.8, "Disabling the SPI": wait one SPI clock cycle, then clear SPE). Decision: this code
+ * sets and clears SPE for each byte. Setting SPE for a whole block was rejected, because an interrupt could
  * then cause an overrun.
  *
  * The wait is 64 DSB, at least 64 cycles of 84 MHz. A bit takes 32 cycles at prescaler 16 on

@@ -32,7 +32,7 @@ OPERATION(resolve_link) {
   core->unresolved_link = insn;
 }
 
-/* Inserted before an instruction that reads PC where this is UNPREDICTABLE: it reads its own address. */
+/* Inserted before an instruction that may not read PC (UNPREDICTABLE): here PC reads as the instruction's address. */
 COMPUTATION(set_pc, core->r[15] = insn->address)
 
 COMPUTATION(align_sp, core->r[13] &= ~3u)
@@ -146,8 +146,8 @@ static bool emit_next(BlockBuilder *builder, bool is_first, bool may_continue) {
   }
   Insn insn = decode_at(builder->core, memory, builder->address, builder->it), *condition = NULL;
   bool rest_of_it = it_advance(builder->it);
-  if (rest_of_it && insn.flags & ENDS_BLOCK) { /* this is UNPREDICTABLE for branches, and rare for other
-                                                  instructions */
+  if (rest_of_it && insn.flags & ENDS_BLOCK) { /* not the last of its IT block:
+                                                  UNPREDICTABLE for a branch, rare for others */
     emit(builder, return_to_loop);
     return false;
   }

@@ -50,10 +50,10 @@ typedef struct {
   uint8_t wants_events; /* an interrupt or DMA waits for flags */
   uint8_t in_dma;       /* in a DMA request */
   uint8_t settings_checked;
-  uint8_t nack_next;   /* DMA has announced the last byte */
+  uint8_t nack_next;   /* LAST: the next byte is the last of the DMA transfer, and is not acknowledged */
   uint8_t dr_full;     /* a byte in DR waits for the shift register */
   uint8_t shift_full;  /* the last byte arrived while DR was full */
-  uint8_t acknowledge; /* POS: answer to the next byte */
+  uint8_t acknowledge; /* ACK when the previous byte ended: with POS, the answer to this byte */
   uint8_t shift;
   uint8_t reads_registers; /* bytes come from sensor_registers.h if possible */
   uint32_t last_sr1;

@@ -13,7 +13,7 @@ static Target *target_of(I2c *i2c) {
   return target < 0 ? NULL : &i2c->peripheral.chip->sensor_registers.target[target];
 }
 
-/* Return true if C can acknowledge the address and read registers. */
+/* Return true if C, without Python, can answer the address and read the target's registers. */
 static bool is_readable(I2c *i2c) {
   return !i2c->wire.has_faults && i2c->wire.message.target >= 0 &&
          target_answers(i2c->peripheral.chip, target_of(i2c));

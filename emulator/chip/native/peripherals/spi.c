@@ -4,8 +4,8 @@
  * exchanges it. Directions: full duplex; one line out (BIDIMODE, BIDIOE) or in (BIDIMODE); receive-only (RXONLY). In
  * the last two SPE starts the clock; with one line in, BSY stays low (20.3.7).
  *
- * Decision: in the receive directions of SPI a byte starts when SPE is set, and each further byte when DR is read
- * while SPE is still set. A pulse of SPE gives exactly one byte, as ST's sensor driver expects, for any cycles per
+ * Decision: when an SPI only receives, its first byte starts when SPE is set. Each further byte starts when DR is
+ * read while SPE is still set. A pulse of SPE gives exactly one byte, as ST's sensor driver expects, for any cycles per
  * instruction. The chip's clock does not wait for DR; the overrun after a long pulse is not modelled, because
  * instruction timing is an estimate.
  *

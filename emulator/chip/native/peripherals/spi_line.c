@@ -1,4 +1,4 @@
-/* Devices at the pins of an SPI: sensors at chip selects (GPIO pins), and an absent module.
+/* Devices at the pins of an SPI: sensors with a chip select each (GPIO pins), and a module that is not fitted.
  *
  * A message is the bytes between two edges of a chip select. A byte goes to the sensors that are selected when it
  * ends. The sensors pull their chip selects up (LSM6DSL, LIS2MDL, LPS22HB datasheets, 2). Two selected sensors drive
