@@ -97,6 +97,14 @@ class Alignment:
         values = self._values(self.formulas)
         return sum(bool(self._addresses(values[name])) for name in self.formulas)
 
+    def needs(self, output: str, step: str) -> bool:
+        """Return whether an output depends on a step."""
+        return step in _in_order(self.formulas, output)
+
+    def values(self) -> dict[str, npt.NDArray[np.float64]]:
+        """Return the values of inputs and steps in all poses, with shape (repetitions, poses)."""
+        return self._values(self.formulas)
+
     def mistakes(self, output: str, printed: PrintedNumbers) -> list[Mistake]:
         """Return the mistakes that together give the printed numbers, in the order of the steps; [] if not found."""
         self._tried = 0

@@ -10,8 +10,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Final
 
@@ -22,12 +23,22 @@ from fcu_emulator.emulator.chip.diagnosis.printing import PrintedLines
 from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
 from fcu_emulator.emulator.chip.firmware import Limits
 from fcu_emulator.emulator.explain.alignment import Alignment, Formulas, Mistake, PrintedNumbers
-from fcu_emulator.emulator.explain.expression import Name, Node, names, text
-from fcu_emulator.emulator.explain.probe import POSES, InputRegister, Probed, probe
+from fcu_emulator.emulator.explain.expression import Name, names, text
+from fcu_emulator.emulator.explain.probe import (
+    POSES,
+    InputRegister,
+    Probed,
+    WordUse,
+    own_code,
+    probe,
+    uses_of,
+)
 from fcu_emulator.emulator.explain.search import ValueSearch
+from fcu_emulator.emulator.explain.states import States, WrongState
 from fcu_emulator.emulator.scenario.formats import NumberFormat
 
 _MOST_LINES: Final = 200
+_EXTREME: Final = {">": "largest", "<": "smallest"}
 
 
 @dataclass(frozen=True)
@@ -61,7 +72,7 @@ class Explanation:
     """Explanation of one wrong output."""
 
     check: str
-    mistake: Mistake
+    mistake: Mistake | WrongState
     diagnosis: Diagnosis
 
 
@@ -75,11 +86,11 @@ def explain_numbers(
     probed = probe(firmware, arithmetic.inputs, limits)
     if probed is None:
         return []
-    found: dict[tuple[str, Node], Explanation] = {}
-    explainer = _Explainer(probed, arithmetic)
+    found: dict[tuple[str, str], Explanation] = {}
+    explainer = _Explainer(probed, arithmetic, partial(uses_of, firmware, limits=limits))
     for output in outputs:
         for one in explainer.explain(output):
-            found.setdefault((one.mistake.step, one.mistake.computed), one)
+            found.setdefault((one.mistake.step, one.diagnosis.summary), one)
     order = list(arithmetic.formulas)
     return sorted(found.values(), key=lambda one: order.index(one.mistake.step))
 
@@ -96,8 +107,14 @@ def first_of(explanations: Sequence[Explanation]) -> list[Diagnosis]:
 
 
 class _Explainer:
-    def __init__(self, probed: Probed, arithmetic: Arithmetic) -> None:
+    def __init__(
+        self,
+        probed: Probed,
+        arithmetic: Arithmetic,
+        uses_of_words: Callable[[Collection[int]], Mapping[int, WordUse]],
+    ) -> None:
         self._probed = probed
+        self._uses_of_words = uses_of_words
         self._arithmetic = arithmetic
         self._search = ValueSearch(probed.logs)
         self._places = Places(probed.image)
@@ -110,7 +127,12 @@ class _Explainer:
             return
         right = [one for one in self._arithmetic.alternatives if output.check not in one.not_for]
         used = self._used(right)
-        if used.agrees(output.step, printed):
+        main = self._alignment(self._arithmetic.formulas)
+        if used.agrees(output.step, printed) or main.agrees(output.step, printed):
+            return
+        states = [one for one in self._wrong_states if main.needs(output.step, one.step)]
+        if states:
+            yield from (self._state(output, one) for one in states)
             return
         wrong = self._used(self._arithmetic.alternatives)
         if wrong.agrees(output.step, printed):
@@ -118,7 +140,6 @@ class _Explainer:
             if mistake is not None:
                 yield self._explanation(output, mistake, line)
             return
-        main = self._alignment(self._arithmetic.formulas)
         for alignment in (used, main) if used.formulas != main.formulas else (main,):
             mistakes = alignment.mistakes(output.step, printed)
             if mistakes:
@@ -159,6 +180,19 @@ class _Explainer:
             return None, ""
         return PrintedNumbers(np.array(values), _resolution(latest)), latest
 
+    @cached_property
+    def _wrong_states(self) -> list[WrongState]:
+        symbols = self._probed.image.symbols
+        if symbols is None:
+            return []
+        formulas = self._arithmetic.formulas
+        values = {name: one[0] for name, one in self._alignment(formulas).values().items()}
+        return States(formulas, self._probed.memory, values, symbols).wrong()
+
+    @cached_property
+    def _uses(self) -> Mapping[int, WordUse]:
+        return self._uses_of_words([one.address for one in self._wrong_states])
+
     # -- words ------------------------------------------------------------------------------------------
 
     def _explanation(self, output: ShownNumber, mistake: Mistake, line: str) -> Explanation:
@@ -179,6 +213,37 @@ class _Explainer:
         )
         return Explanation(output.check, mistake, Diagnosis("formula", summary, details, fatal=False))
 
+    def _state(self, output: ShownNumber, state: WrongState) -> Explanation:
+        right, rule = state.right, state.rule
+        place = self._state_place(state)
+        if rule == right:
+            beyond = "exceeds" if right.operator == ">" else "falls below"
+            summary = f"{place}{state.variable} begins at {_number(right.initial)}, which {right.compared} never {beyond}"
+        elif rule is None:
+            summary = f"{place}{state.variable} is not the {_EXTREME[right.operator]} {right.compared} so far"
+        else:
+            summary = f"{place}{state.variable} is set to {rule.assigned} if {rule.compared} {rule.operator} {rule.limit}"
+        details = (
+            f"The lab sets {state.step} to {right.assigned} if {right.compared} {right.operator} {right.limit}.",
+            f"After some motion it is {_number(state.actual[-1])} in place of {_number(state.expected[-1])}.",
+        )
+        return Explanation(output.check, state, Diagnosis("formula", summary, details, fatal=False))
+
+    def _state_place(self, state: WrongState) -> str:
+        """Return the place that stores the variable, or else the first that compares with it."""
+        symbols = self._probed.image.symbols
+        if state.rule == state.right and symbols is not None:
+            line = symbols.definition_of_variable(state.address)
+            return f"{line}: " if line is not None else ""
+        use = self._uses[state.address]
+        own = self._own(site for site, _ in use.stores.most_common()) or self._own(sorted(use.loads))
+        return f"{self._places.place(own[0])}: " if own else ""
+
+    def _own(self, sites: Iterable[int]) -> list[int]:
+        """Return the instructions outside of libraries and drivers."""
+        ranges = own_code(self._probed.image)
+        return [site for site in sites if any(begin <= site < end for begin, end in ranges)]
+
     def _place(self, mistake: Mistake, output: ShownNumber, line: str) -> str:
         if mistake.step == output.step and isinstance(mistake.computed, Name):
             printed = PrintedLines(self._probed.image, self._places, line.encode("latin-1"))
@@ -193,7 +258,7 @@ def _apart(mistake: Mistake, pose: int) -> float:
 
 
 def _number(value: float) -> str:
-    return f"{value:.4g}"
+    return f"{value:.5g}"
 
 
 def _resolution(line: str) -> float:

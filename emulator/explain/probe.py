@@ -8,7 +8,9 @@ create a past for the largest and smallest value of an axis.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -17,10 +19,11 @@ import numpy as np
 import numpy.typing as npt
 
 from fcu_emulator.emulator.assembly.board import Board
+from fcu_emulator.emulator.chip.cpu.core import Core
 from fcu_emulator.emulator.chip.cpu.value_log import ValueLog, Values
 from fcu_emulator.emulator.chip.firmware import Limits
 from fcu_emulator.emulator.chip.image import FirmwareImage
-from fcu_emulator.emulator.chip.memory_map import FLASH_MEMORY
+from fcu_emulator.emulator.chip.memory_map import FLASH_MEMORY, RAM_MEMORY
 from fcu_emulator.emulator.errors import FirmwareError
 from fcu_emulator.emulator.trace import BusTransfer, TraceEvent
 
@@ -39,11 +42,15 @@ POSES: Final = (ProbePose(-25, -55, 75, 140), ProbePose(62, 15, -30, 220), Probe
 """The poses whose values are logged. The board is tilted about both axes, so that every exchange of axes
 changes a value.
 """
-_HARD_IRON_MGAUSS: Final = (310.0, -220.0, 150.0)
+_HARD_IRON_MGAUSS: Final = (720.0, -680.0, 650.0)
+"""Stronger than the earth's field, so that an extreme that begins at 0 is wrong."""
 _TEMPERATURE_DEGC: Final = 23.5
+_START_UP_S: Final = 0.002
+"""Time after which the start-up code has set the variables."""
 _START_S: Final = 2.3
 """Time until the first read of the firmware after its start."""
 _SETTLE_S: Final = 0.3
+_WORD, _PC = 4, 15
 _READ_S: Final = 0.1
 """Longer than the period of the slowest sensor's reads."""
 _LOGGED_S: Final = 1.3
@@ -70,6 +77,8 @@ class Probed:
     inputs: Mapping[str, npt.NDArray[np.float64]]
     logs: Sequence[Values]
     lines: Sequence[Sequence[str]]
+    memory: Sequence[bytes]
+    """RAM at the start and after each pose."""
     image: FirmwareImage
 
 
@@ -81,30 +90,64 @@ def probe(firmware: str | Path, inputs: Mapping[str, InputRegister], limits: Lim
     board.chip.limits = limits
     image = board.chip.image
     try:
-        read, logs, lines = _run(board, inputs, image)
+        read, logs, lines, memory = _run(board, inputs, image)
     except FirmwareError:
         return None
     finally:
         board.close()
-    return Probed({name: np.array(values) for name, values in read.items()}, logs, lines, image)
+    values = {name: np.array(every) for name, every in read.items()}
+    return Probed(values, logs, lines, memory, image)
+
+
+class WordUse(NamedTuple):
+    """Instructions that store a word, and those that load it."""
+
+    stores: Counter[int]
+    loads: Counter[int]
+
+
+def uses_of(firmware: str | Path, words: Collection[int], limits: Limits) -> Mapping[int, WordUse]:
+    """Run a firmware through the poses, and return the instructions that use some words of the RAM."""
+    uses = {address: WordUse(Counter(), Counter()) for address in words}
+    board = Board(firmware, ideal=True)
+    if board.chip is None or not uses:
+        return uses
+    board.chip.limits = limits
+    core = board.chip.chip.core
+
+    def note(address: int, size: int, is_store: bool) -> None:
+        for word, use in uses.items():
+            if address < word + _WORD and word < address + size:
+                (use.stores if is_store else use.loads)[core.register(_PC)] += 1
+
+    core.on_access = note
+    core.watch_memory(min(words) - _WORD, max(words) + _WORD)
+    with suppress(FirmwareError):
+        _start(board)
+        board.run_for(_START_S)
+        for pose in (*PAST, *POSES):
+            _put(board, pose)
+            board.run_for(_SETTLE_S)
+    board.close()
+    return uses
 
 
 def _run(
     board: Board, inputs: Mapping[str, InputRegister], image: FirmwareImage
-) -> tuple[dict[str, list[float]], list[Values], list[list[str]]]:
+) -> tuple[dict[str, list[float]], list[Values], list[list[str]], list[bytes]]:
     assert board.chip is not None
-    board.world.set_hard_iron(*_HARD_IRON_MGAUSS)
-    board.world.set_temperature(_TEMPERATURE_DEGC)
+    core = board.chip.chip.core
     read: dict[str, list[float]] = {name: [] for name in inputs}
     logs, lines = list[Values](), list[list[str]]()
     seen: _Bytes = {}
-    _put(board, PAST[0])
+    memory = _start(board)
     _watched_run(board, seen, _START_S)
-    with ValueLog(board.chip.chip.core, _ranges(image)) as log:
+    with ValueLog(core, own_code(image)) as log:
         for pose in (*PAST, *POSES):
             _put(board, pose)
             board.run_for(_SETTLE_S)
             _watched_run(board, seen, _READ_S)
+            memory.append(_ram(core))
             for name, register in inputs.items():
                 read[name].append(_number(seen, register))
             if pose in POSES:
@@ -113,7 +156,21 @@ def _run(
                 board.run_for(_LOGGED_S)
                 logs.append(log.take())
                 lines.append(_complete_lines(board, printed))
-    return read, logs, lines
+    return read, logs, lines, memory
+
+
+def _start(board: Board) -> list[bytes]:
+    """Prepare the world, run the start-up code, and return the RAM after it."""
+    assert board.chip is not None
+    board.world.set_hard_iron(*_HARD_IRON_MGAUSS)
+    board.world.set_temperature(_TEMPERATURE_DEGC)
+    _put(board, PAST[0])
+    board.run_for(_START_UP_S)
+    return [_ram(board.chip.chip.core)]
+
+
+def _ram(core: Core) -> bytes:
+    return bytes(core.memory(RAM_MEMORY.start, RAM_MEMORY.end - RAM_MEMORY.start) or b"")
 
 
 _Bytes = dict[tuple[str, int], int]
@@ -152,7 +209,8 @@ def _complete_lines(board: Board, since: int) -> list[str]:
     return [line.strip() for line in printed.decode("latin-1").split("\n")[1:-1]]
 
 
-def _ranges(image: FirmwareImage) -> list[tuple[int, int]]:
+def own_code(image: FirmwareImage) -> list[tuple[int, int]]:
+    """Return the begin and end of the code outside of the C library and the vendor's drivers."""
     if image.symbols is None:
         return []
     ranges = image.symbols.code_ranges(lambda path: not _LIBRARY.search(path))

@@ -11,6 +11,7 @@ from typing import Literal, Protocol
 
 from fcu_emulator.emulator.chip.image.dwarf import Cursor, DebugEntry, DebugInfo
 from fcu_emulator.emulator.chip.image.elf import DebugInfoError
+from fcu_emulator.emulator.chip.image.lines import SourceLine
 from fcu_emulator.emulator.chip.memory_map import CAPACITY
 
 CValue = int | float | tuple["CValue", ...] | SimpleNamespace
@@ -147,6 +148,7 @@ _AT_CONST_VALUE = 0x1C
 _AT_UPPER_BOUND, _AT_COUNT = 0x2F, 0x37
 _AT_MEMBER_LOCATION, _AT_DATA_BIT_OFFSET = 0x38, 0x6B
 _AT_ENCODING = 0x3E
+_AT_DECL_LINE = 0x3B
 _OP_PLUS_UCONST = 0x23
 
 _ARRAY, _ENUMERATION, _POINTER, _STRUCTURE, _UNION = 0x01, 0x04, 0x0F, 0x13, 0x17
@@ -159,6 +161,19 @@ _MAX_DIMENSIONS = 8  # limits the recursion
 
 _FLOAT, _BOOLEAN = 0x04, 0x02
 _SIGNED, _UNSIGNED = frozenset({0x05, 0x06, 0x0D}), frozenset({0x01, 0x07, 0x08, 0x10, 0x12})
+
+
+def member_at(kind: CType, offset: int) -> str:
+    """Return the member or element at an offset of a type, such as ``.AXIS_Z`` or ``[2]``; "" for other types."""
+    match kind:
+        case Structure(members=members):
+            for member in members:
+                if member.offset <= offset < member.offset + member.type.size:
+                    dot = f".{member.name}" if member.name else ""
+                    return dot + member_at(member.type, offset - member.offset)
+        case Array(element=element) if element.size:
+            return f"[{offset // element.size}]" + member_at(element, offset % element.size)
+    return ""
 
 
 class TypeReader:
@@ -321,6 +336,14 @@ class Variables:
                 self._entries.setdefault(int.from_bytes(location[1:], "little"), entry)
             if len(self._entries) > _MAX_VARIABLES:
                 raise DebugInfoError(f"it describes more than {_MAX_VARIABLES} variables")
+
+    def line_at(self, address: int) -> SourceLine | None:
+        """Return the line that defines the variable at an address; None if it is unknown."""
+        entry = self._entries.get(address)
+        line = entry and entry.number(_AT_DECL_LINE)
+        if entry is None or not line:
+            return None
+        return SourceLine(self._info.name(self._info.at_start(entry.unit)), line)
 
     def type_at(self, address: int) -> CType:
         if address not in self._known:

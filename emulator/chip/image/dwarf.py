@@ -282,6 +282,10 @@ class DebugInfo:
             raise DebugInfoError(f"a reference is of form 0x{form:X}, which is not supported")
         return None
 
+    def at_start(self, unit: Unit) -> DebugEntry:
+        """Return a unit's first entry, whose name is the source file."""
+        return self._at(unit, unit.first)
+
     def name(self, entry: DebugEntry) -> str:
         form, value = entry.values.get(AT_NAME, (0, b""))
         if isinstance(value, int):

@@ -208,6 +208,28 @@ class Symbols:
     def object_at(self, address: int) -> Symbol | None:
         return self._table.object_at(address) if self._table else None
 
+    def member_at(self, address: int) -> str:
+        """Return the variable at an address with its member, such as ``mag_max.AXIS_Z``; "" if there is none."""
+        from fcu_emulator.emulator.chip.image.c_types import member_at
+
+        symbol = self.object_at(address)
+        if symbol is None:
+            return ""
+        try:
+            return symbol.name + member_at(self._type(symbol.address), address - symbol.address)
+        except DebugInfoError:
+            return symbol.name
+
+    def definition_of_variable(self, address: int) -> SourceLine | None:
+        """Return the line that defines the variable at an address; None if it is unknown."""
+        symbol = self.object_at(address)
+        if symbol is None or self._variables is None:
+            return None
+        try:
+            return self._variables.line_at(symbol.address)
+        except DebugInfoError:
+            return None
+
     def variables(self) -> list[Symbol]:
         return self._table.variables() if self._table else []
 

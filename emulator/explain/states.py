@@ -1,0 +1,151 @@
+"""Wrong extremes: variables that should keep the largest or smallest value so far.
+
+The variables are found in the RAM: a word that has the right values after every pose is the variable of a step. The
+words beside them belong to the steps that are missing. Such a word is explained by a rule, "if v > e then e = w",
+that gives its values after every pose. Its instructions are found by watching the word in another run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from fcu_emulator.emulator.chip.image.symbols import Symbol, Symbols
+from fcu_emulator.emulator.chip.memory_map import RAM_MEMORY
+from fcu_emulator.emulator.explain.expression import FunctionCall, Name, Node
+
+Values = npt.NDArray[np.float64]
+_EXTREMES: Final = {"largest": ">", "smallest": "<"}
+_TYPES: Final = ("<i4", "<f4")
+_WORD: Final = 4
+
+
+@dataclass(frozen=True)
+class Rule:
+    """``if compared operator limit then the variable is set to assigned``; without effect, only ``initial`` counts."""
+
+    compared: str
+    operator: str
+    limit: str
+    assigned: str
+    initial: float
+
+
+@dataclass(frozen=True)
+class WrongState:
+    """A variable that does not keep the extreme of ``step``."""
+
+    step: str
+    variable: str
+    address: int
+    right: Rule
+    rule: Rule | None
+    """The rule that the program follows, if it is known."""
+    expected: Values
+    actual: Values
+
+
+def extreme_of(formula: Node) -> tuple[str, str] | None:
+    """Return the function and the name in a formula such as ``largest(mag_x)``; None for other formulas."""
+    match formula:
+        case FunctionCall(function="largest" | "smallest" as function, arguments=(Name(name=name),)):
+            return function, name
+    return None
+
+
+class States:
+    """The extremes of a lab beside the variables of a program.
+
+    ``memory``: the RAM at the start and after each pose. ``values``: the values of inputs and steps by pose.
+    """
+
+    def __init__(
+        self,
+        formulas: Mapping[str, Node],
+        memory: Sequence[bytes],
+        values: Mapping[str, Values],
+        symbols: Symbols,
+    ) -> None:
+        self._symbols = symbols
+        self._values = values
+        self._steps = {
+            name: found for name, formula in formulas.items() if (found := extreme_of(formula)) is not None
+        }
+        self._words = [np.stack([np.frombuffer(one, kind) for one in memory]) for kind in _TYPES]
+
+    def wrong(self) -> list[WrongState]:
+        """Return the variables with wrong values, in the order of the steps; [] if most steps have no variable."""
+        right = {name: found for name in self._steps if (found := self._variables(name))}
+        missing = [name for name in self._steps if name not in right]
+        if not missing or len(right) < len(missing):
+            return []
+        states: list[WrongState] = []
+        for function in _EXTREMES:
+            wanted = [name for name in missing if self._steps[name][0] == function]
+            beside = [one for name, one in right.items() if self._steps[name][0] == function]
+            words = self._unmatched(beside, {index for every in right.values() for index in every[1]})
+            if wanted and len(words) == len(wanted):
+                states += [
+                    self._wrong(name, beside[0][0], index) for name, index in zip(wanted, words, strict=True)
+                ]
+        return sorted(states, key=lambda one: list(self._steps).index(one.step))
+
+    def _variables(self, step: str) -> tuple[int, list[int]] | None:
+        """Return the type and the words of a step's variable; None without a variable."""
+        for kind, words in enumerate(self._words):
+            with np.errstate(invalid="ignore"):
+                found = np.flatnonzero((words[1:] == self._values[step][:, None]).all(axis=0))
+            if found.size:
+                return kind, found.tolist()
+        return None
+
+    def _unmatched(self, beside: Sequence[tuple[int, list[int]]], known: set[int]) -> list[int]:
+        """Return the words of the same arrays or structures that are no step's variable."""
+        objects = {one for _, words in beside for index in words if (one := self._object(index)) is not None}
+        words = {
+            (address - RAM_MEMORY.start) // _WORD
+            for one in objects
+            for address in range(one.address, one.address + one.size - _WORD + 1, _WORD)
+        }
+        return sorted(words - known)
+
+    def _object(self, index: int) -> Symbol | None:
+        return self._symbols.object_at(RAM_MEMORY.start + _WORD * index)
+
+    def _wrong(self, step: str, kind: int, index: int) -> WrongState:
+        initial, *actual = self._words[kind][:, index].astype(np.float64).tolist()
+        function, argument = self._steps[step]
+        right = Rule(argument, _EXTREMES[function], step, argument, initial)
+        address = RAM_MEMORY.start + _WORD * index
+        values = np.array(actual)
+        rule = next(
+            (one for one in self._rules(right) if np.array_equal(self._simulated(one, step), values)), None
+        )
+        name = self._symbols.member_at(address)
+        return WrongState(step, name, address, right, rule, self._values[step], values)
+
+    def _rules(self, right: Rule) -> Iterator[Rule]:
+        """Yield rules with one mistake, the likely ones first."""
+        arguments = list(dict.fromkeys(argument for _, argument in self._steps.values()))
+        yield right  # with another initial value
+        for operator in _EXTREMES.values():
+            for limit in self._steps:
+                yield Rule(right.compared, operator, limit, right.assigned, right.initial)
+        for other in (*arguments, *(name for name in self._values if name not in arguments)):
+            yield Rule(right.compared, right.operator, right.limit, other, right.initial)
+            yield Rule(other, right.operator, right.limit, right.assigned, right.initial)
+            yield Rule(other, right.operator, right.limit, other, right.initial)
+
+    def _simulated(self, rule: Rule, step: str) -> Values:
+        kept, result = rule.initial, []
+        for pose, compared in enumerate(self._values[rule.compared]):
+            for _ in range(2):  # each pose lasts for many samples
+                limit = kept if rule.limit == step else self._values[rule.limit][pose]
+                if compared > limit if rule.operator == ">" else compared < limit:
+                    kept = self._values[rule.assigned][pose]
+            result.append(kept)
+        return np.array(result)
