@@ -1,4 +1,4 @@
-"""Explain wrong printed numbers: the line that computes another formula than the lab, and that formula.
+"""Explain wrong printed numbers by the line that computes another formula than the lab.
 
 ::
 
@@ -32,7 +32,7 @@ _MOST_LINES: Final = 200
 
 @dataclass(frozen=True)
 class Alternative:
-    """Other formulas that are right as well, except for the checks ``not_for``."""
+    """Other correct formulas, except for the checks ``not_for``."""
 
     formulas: Formulas
     not_for: frozenset[str] = frozenset()
@@ -40,7 +40,7 @@ class Alternative:
 
 @dataclass(frozen=True)
 class Arithmetic:
-    """A lab's arithmetic as data: the inputs, the formulas in their order, and alternatives."""
+    """A lab's arithmetic: inputs, formulas in order, and alternatives."""
 
     inputs: Mapping[str, InputRegister]
     formulas: Formulas
@@ -49,7 +49,7 @@ class Arithmetic:
 
 @dataclass(frozen=True)
 class ShownNumber:
-    """A printed number of a failed check, and the step that it shows."""
+    """A printed number of a failed check, and its step."""
 
     check: str
     step: str
@@ -70,7 +70,7 @@ def explain_numbers(
 ) -> list[Explanation]:
     """Return explanations of wrong outputs, each mistake once, in the order of the formulas.
 
-    Empty if no mistake explains them, or if the firmware fails in one of the poses.
+    Return [] if no mistake explains them, or if the firmware fails in a pose.
     """
     probed = probe(firmware, arithmetic.inputs, limits)
     if probed is None:
@@ -85,7 +85,7 @@ def explain_numbers(
 
 
 def first_of(explanations: Sequence[Explanation]) -> list[Diagnosis]:
-    """Return the diagnosis of the first mistake, which names the steps of the others; [] without mistakes."""
+    """Return the first mistake's diagnosis, which names the other steps; [] without mistakes."""
     if not explanations:
         return []
     first, *others = explanations
@@ -104,7 +104,7 @@ class _Explainer:
         self._best: dict[tuple[int, ...], Alignment] = {}
 
     def explain(self, output: ShownNumber) -> Iterator[Explanation]:
-        """Yield the mistakes behind a wrong output; nothing if it is right, constant or not printed."""
+        """Yield a wrong output's mistakes; nothing if it is right, constant or not printed."""
         printed, line = self._printed(output)
         if printed is None:
             return
@@ -126,7 +126,7 @@ class _Explainer:
                 return
 
     def _used(self, alternatives: Sequence[Alternative]) -> Alignment:
-        """Return the formulas with those alternatives of which the firmware computes more steps."""
+        """Return the formulas with the alternatives of which the firmware computes more steps."""
         every = self._arithmetic.alternatives
         key = tuple(number for number, one in enumerate(every) if one in alternatives)
         if key not in self._best:
