@@ -188,6 +188,7 @@ class Alignment:
         return [name for name in chain if name not in right]
 
     def _differs(self, samples: Samples) -> bool:
+        """Return whether the values differ among poses."""
         return bool(np.ptp(self._last(samples)[0]) != 0)
 
     def _varies(self, name: str) -> bool:

@@ -3,7 +3,8 @@
 ::
 
     arithmetic = load_rubric("lab3").explain.arithmetic()
-    for one in explain_numbers("lab3.elf", arithmetic, [ShownNumber("3.yaw", "yaw_deg", yaw)], Limits()):
+    shown = [ShownNumber("3.yaw", "yaw_deg", yaw)]
+    for one in explain_numbers("lab3.elf", arithmetic, shown, Limits()):
         print(one.diagnosis)
 """
 
