@@ -43,7 +43,9 @@ WORK_OF_A_CALL: Final = 2_000
 
 
 def split_note(text: str) -> tuple[str, dict[str, NoteValue], str]:
-    """Split a note of C, such as "scl-too-fast scl_khz=800 | SCL runs at 800 kHz", into problem, values and text."""
+    """Split a note such as "scl-too-fast scl_khz=800 | SCL runs at 800 kHz" into problem, values
+    and text.
+    """
     head, _, words = text.partition(" | ")
     problem, *values = head.split()
     return problem, {name: _number(value) for name, value in (one.split("=", 1) for one in values)}, words
@@ -255,11 +257,11 @@ def load() -> Any:
 
 
 class _ChipOwner:
-    """The chip in C is freed when no object refers to this one."""
+    """Its deletion frees the chip in C."""
 
 
 class FcuChip:
-    """One chip in C, which shares the board's time. An exception in a callback ends the run."""
+    """One chip in C on the board's time. An exception in a callback ends the run."""
 
     def __init__(self, clock: Clock, trace: Trace) -> None:
         self.library = load()
@@ -368,7 +370,7 @@ class FcuChip:
 
     @property
     def thumb(self) -> bool:
-        """EPSR.T, which must be set while the core executes."""
+        """EPSR.T, which must be set during execution."""
         return bool(self.library.fcu_thumb(self.handle))
 
     @thumb.setter
@@ -445,7 +447,7 @@ class FcuChip:
         self.shared[3] = 1
 
     def callback(self, kind: Any, function: Callable[..., Any]) -> Any:
-        """Return a callback that sets the clock and never raises into C."""
+        """Return a callback that sets the clock and never raises."""
         clock, enter = self.clock, self.enter
         nothing = 0 if kind._restype_ is not None else None
 
@@ -484,7 +486,7 @@ class FcuChip:
             self.trace.add(DeviceNote(self.clock.now_ps, name, NOTE_KINDS[kind], words, problem, data))
 
     def _ignored_access(self, peripheral: int, offset: int, what: int, value: int) -> bool:
-        """Return whether the access was reported, once for each register and reason."""
+        """Return whether the access was reported, once per register and reason."""
         del value
         self.on_ignored_access(self._by_index[peripheral], offset, what)
         return True
@@ -503,7 +505,7 @@ class FcuChip:
 
 
 class NativePeripheral(Peripheral):
-    """A peripheral in C, with its registers by offset."""
+    """A peripheral in C, with registers by offset."""
 
     index: int
 

@@ -28,7 +28,7 @@ class Engine(Protocol):
 
 
 class CoreRegisters:
-    """Registers that are accessed in one call. ``words`` contains their values."""
+    """Registers that are accessed in one call, with values in ``words``."""
 
     def __init__(self, engine: Engine, names: Sequence[str]) -> None:
         self.names = tuple(names)

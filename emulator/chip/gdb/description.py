@@ -26,7 +26,7 @@ _SECTOR = 0x4000  # the smallest sector (RM0368 table 5)
 
 
 class GdbRegister(NamedTuple):
-    """A register as a debugger's packets contain it. ``parts`` has the low word first."""
+    """A register in a debugger's packets. ``parts``: the low word first."""
 
     name: str
     parts: tuple[str, ...]

@@ -22,7 +22,7 @@ from fcu_emulator.emulator.chip.memory_map import FLASH, FLASH_SIZE
 
 
 class StatePackets:
-    """Answers packets for a stopped target. They raise MalformedError."""
+    """Answers packets for a stopped target. Raises MalformedError."""
 
     def __init__(self, target: Target) -> None:
         self._target = target

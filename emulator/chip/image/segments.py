@@ -21,8 +21,8 @@ class Segment(NamedTuple):
 
 
 def join(file: str, pieces: Iterable[Segment]) -> tuple[Segment, ...]:
-    """Return the pieces by rising address, neighbours joined. Raises FirmwareFileError outside flash and RAM, or if two
-    overlap.
+    """Return joined pieces by rising address. Raises FirmwareFileError for overlaps, or outside
+    flash and RAM.
     """
     runs: list[tuple[int, list[bytes]]] = []
     end = -1

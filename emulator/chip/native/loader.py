@@ -51,7 +51,7 @@ def _installed_from() -> str:
 
 @cache
 def load() -> ctypes.PyDLL:
-    """Return the library. Raises InputError if it is missing, outdated or not for this Python."""
+    """Return the library. Raises InputError if missing, outdated or unsuitable for this Python."""
     if wrong := problem():
         raise InputError(wrong)
     file = FOLDER / library_name()

@@ -1,4 +1,4 @@
-"""The bus of an I2C peripheral in C; messages that C handled are fetched when needed."""
+"""The bus of an I2C peripheral in C, whose messages are fetched when needed."""
 
 from __future__ import annotations
 

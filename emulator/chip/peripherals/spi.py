@@ -1,10 +1,11 @@
 """The devices at the chip's SPI peripherals.
 
-The chip reads most registers itself (:mod:`fcu_emulator.sensors.shared_registers`), and passes other messages to Python.
+The chip reads most registers itself (:mod:`fcu_emulator.sensors.shared_registers`), and passes
+other messages to Python.
 
-The board's Bluetooth module is absent: SPI1 (PA5 to PA7), chip select PB0, reset PB2, interrupt PA4. ST's
-stock firmware waits 0.2 s for the module and then continues. The interrupt line is low, because a high level
-would keep HCI_Isr in its loop.
+The board's Bluetooth module is absent: SPI1 (PA5 to PA7), chip select PB0, reset PB2, interrupt
+PA4. ST's stock firmware waits 0.2 s for it and then continues. The interrupt line is low, because a
+high level would keep HCI_Isr in its loop.
 """
 
 from __future__ import annotations
