@@ -57,8 +57,8 @@ _Entry: TypeAlias = tuple[int, int, Event]
 class Clock:
     """Virtual time and its queue of events.
 
-    ``next_ps`` is the time of the earliest event, ``deferred_ps`` that of the earliest deferred
-    call. Each is ``NEVER_PS`` if there is none.
+    ``next_ps`` and ``deferred_ps`` are the times of the earliest event and deferred call, or
+    ``NEVER_PS``.
 
     Deferred calls do not stop a run. They are executed in order, with the next event or by
     ``settle()``, and see their planned time.

@@ -28,7 +28,7 @@ def with_current_keys(table: Mapping[str, Any], renamed: Mapping[str, str]) -> d
 
 
 def current_name(name: Any, renamed: Mapping[str, str]) -> Any:
-    """Return the current name, with a warning if ``name`` is old; return other names unchanged."""
+    """Return the current name, with a warning if ``name`` is old."""
     new = renamed.get(name) if isinstance(name, str) else None
     if new is None:
         return name

@@ -5,12 +5,10 @@
     from fcu_emulator import Board
 
     board = Board(firmware="lab3")
-    board.run_for(3)                       # seconds of virtual time
+    board.run_for(3)
     board.world.set_attitude(roll_deg=0, pitch_deg=85, yaw_deg=0)
     board.terminal.expect(r"Pitch: 8[45]\\.")
     assert board.led1.on
-
-Without firmware, Python controls the sensors, for example with ``board.i2c2``.
 
 Boards are independent of each other. A board belongs to the thread that first runs it.
 """
@@ -73,21 +71,20 @@ _MOST_TRIAL_ACCESSES, _MOST_TRIAL_FAULTS = 100_000, 1_000
 class Board:
     """A STEVAL-FCU001V1.
 
-    ``firmware``: a name (``"lab3"`` and ``"template"`` in Python, ``"solution"`` and
-    ``"template-arm"`` in C), an ELF, HEX or BIN file, a callable that takes the HAL, or None.
-    ``scenario``: a name, a path or a loaded scenario. Its firmware is used unless ``firmware`` is
-    given.
+    ``firmware``: a name (``"lab3"``, ``"template"``, ``"solution"`` or ``"template-arm"``), an ELF,
+    HEX or BIN file, a callable that takes the HAL, or None for sensors only.
+    ``scenario``: a name, a path or a loaded scenario, whose firmware is the default.
     ``wiring``: ``"lab3"`` (all sensors on I2C2), ``"fcu001v1"`` (SPI2, as on the real board), or
     None to select it by the firmware's symbols or a trial.
     ``seed``: selects offsets and noise. The default is the scenario's seed, else 0.
     ``ideal``: sensors without errors, on a board without iron.
-    ``cold_start``: True switches the supply on at t = 0, and the board warms up. The LSM6DSL does not
-    answer for 15 ms and the LIS2MDL for 20 ms (no acknowledge on I2C, 0xFF on SPI). By default the
-    sensors have been powered for a long time, or as the scenario says.
+    ``cold_start``: True switches the supply on at t = 0, and the board warms up. The LSM6DSL does
+    not answer for 15 ms and the LIS2MDL for 20 ms (no acknowledge on I2C, 0xFF on SPI). By default
+    the supply has been on for a long time, or as the scenario says.
     ``crystal_hz``: the chip's crystal, 4 to 26 MHz. The default is the scenario's, else 16 MHz.
 
     Times are virtual seconds since power-on. Close a board with ``close()`` or a ``with`` block.
-    Raises InputError or ScenarioError for an unusable name, file or value.
+    Raises InputError or ScenarioError.
     """
 
     arm = OldName("chip")
@@ -186,7 +183,7 @@ class Board:
 
     @property
     def now_s(self) -> float:
-        """Seconds of virtual time since power-on."""
+        """Virtual time since power-on."""
         return self.clock.now_s
 
     @property
@@ -222,15 +219,15 @@ class Board:
         return _named(self.leds, name, "LED")
 
     def i2c(self, name: str | None = None) -> I2CMaster:
-        """Return the master of the named I2C bus ("I2C2"), or of the first one."""
+        """Return the named bus master ("I2C2"), or the first one."""
         return _named(self._i2c, name, "I2C bus")
 
     def spi(self, name: str | None = None) -> SpiMaster:
-        """Return the master of the named SPI bus, or of the first one."""
+        """Return the named bus master ("SPI2"), or the first one."""
         return _named(self._spi, name, "SPI bus")
 
     def recent_transfers(self) -> list[BusTransfer]:
-        """Return the latest transfers on each bus, without bursts of Python firmware."""
+        """Return each bus's latest transfers, without bursts of Python firmware."""
         latest = [one for bus in self.signals.i2c.values() for one in bus.recent_transfers()]
         latest += [one for bus in self.signals.spi.values() for one in bus.recent_transfers()]
         return sorted(latest, key=lambda transfer: transfer.t_ps)
@@ -240,7 +237,7 @@ class Board:
         return Snapshot(self)
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot of this board, any number of times."""
+        """Restore a snapshot of this board."""
         snapshot.restore(self)
 
     def handles(self, peripheral: str) -> bool:
@@ -248,7 +245,7 @@ class Board:
         return self._run.backend.handles(peripheral)
 
     def motor_duties(self) -> tuple[float, ...]:
-        """Return each motor's PWM duty, 0 to 1; Python firmware drives none."""
+        """Return each motor's PWM duty, 0 to 1."""
         if self.chip is None:
             return tuple(0.0 for _ in self.description.motors)
         timers = self.chip.chip.timers
@@ -260,15 +257,15 @@ class Board:
         return {} if self.chip is None else self.chip.chip.usarts.unconnected_output()
 
     def supply_current_ua(self) -> dict[str, float]:
-        """Return each sensor's configured supply current in microampere."""
+        """Return each sensor's configured supply current."""
         return self.sensors.supply_current_ua()
 
     def variable(self, name: str) -> Any:
-        """Return a global variable by its C name. Raises KeyError."""
+        """Return a C variable by name. Raises KeyError."""
         return self._run.backend.variable(name)
 
     def set_variable(self, name: str, value: Any) -> None:
-        """Set a global variable of compiled firmware to a number, sequence or mapping of members.
+        """Set a C variable to a number, sequence or mapping of members.
 
         Raises KeyError, or InputError if the value does not fit.
         """
@@ -282,21 +279,21 @@ class Board:
         max_instructions: int = 10_000_000,
         timeout_s: float = 1.0,
     ) -> Any:
-        """Call a function of compiled firmware by its C name, and return its result.
+        """Call a C function of compiled firmware, and return its result.
 
         Numbers are passed by value. A pointer takes an address, a string, bytes, a structure's
-        members (mapping, object or sequence), or a sequence of target values. Values that the
-        function writes through a pointer are copied back to lists, dictionaries, objects and byte
-        arrays. After the call the chip is restored, unless ``keep`` is set.
+        members (mapping, object or sequence), or a sequence of target values. Changes of the target
+        are copied back to lists, dictionaries, objects and byte arrays. The chip is then restored,
+        unless ``keep`` is set.
 
         ``max_instructions`` limits functions that compute, ``timeout_s`` (virtual time) functions
-        that wait. Raises InputError if the function cannot be called (missing, inlined, ambiguous,
-        other arguments), and CallError if it fails or does not return.
+        that wait. Raises InputError if the function cannot be called, and CallError if it fails or
+        does not return.
         """
         return self._calls("call").call(name, arguments, keep, max_instructions, timeout_s)
 
     def scratch(self) -> AbstractContextManager[Scratch]:
-        """Return a copy of the chip, for calls without effect on the board."""
+        """Return a chip copy for calls without effect on the board."""
         return self._calls("scratch").scratch()
 
     def _calls(self, what: str) -> Caller:
@@ -355,7 +352,7 @@ class Board:
 
 
 class _NoFirmware:
-    """A processor in reset, while time passes for the sensors."""
+    """A processor that stays in reset."""
 
     def __init__(self, clock: Clock, timer: TickCounts) -> None:
         self._clock = clock
@@ -373,7 +370,7 @@ class _NoFirmware:
 
 
 class _RunState:
-    """The only object that advances a board's time, until the board is closed."""
+    """Advances a board's time until the board is closed."""
 
     def __init__(self, backend: Backend) -> None:
         self.backend = backend
@@ -418,7 +415,7 @@ def _given_as_profile(wiring: str) -> str:
 
 
 def _diagnosis_of(arm: ArmFirmware | None) -> Callable[[], str]:
-    """Return a function without a reference back to the board."""
+    """Return a function without a reference to the board."""
     return arm.diagnosis_text if arm is not None else lambda: ""
 
 

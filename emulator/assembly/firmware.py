@@ -1,7 +1,7 @@
 """Selection of a board's firmware and wiring, and execution of the firmware.
 
-Symbols select the wiring: CubeMX names the handle of a peripheral after it (``hspi2``, ``hi2c2``),
-and a linker drops unused handles.
+CubeMX names the handle of a peripheral after it (``hspi2``, ``hi2c2``), and a linker drops unused
+handles. Therefore symbols select the wiring.
 
 Decision: a firmware with handles of both buses, or without symbols, is tried on each wiring, the
 usual one first. It gets the first wiring on which a sensor answers.
@@ -34,9 +34,7 @@ _SETTINGS_IGNORED = "the scenario's [firmware_settings] are ignored: they are fo
 
 @dataclass(frozen=True)
 class Choice:
-    """The chosen firmware: ``factory`` (Python), ``image`` (ARM), or neither for a processor in
-    reset.
-    """
+    """The chosen firmware: ``factory`` (Python), ``image`` (ARM), or none."""
 
     wiring: Wiring
     name: str = ""
@@ -58,8 +56,8 @@ def choose(
 ) -> Choice:
     """Return the firmware and its wiring. Raises InputError.
 
-    ``name`` is the wiring's name, or None to select one. ``reaches_sensors`` returns whether a
-    sensor answers on a wiring. ``settings`` are for Python firmware.
+    ``name``: the wiring's name, or None to select one. ``reaches_sensors`` returns whether a sensor
+    answers on a wiring. ``settings`` are for Python firmware.
     """
     wiring = board.wiring(name)
     if firmware is None:
@@ -77,7 +75,7 @@ def choose(
 
 
 def python_firmware(name: str, settings: Settings | None = None) -> FirmwareFactory:
-    """Return a supplied Python firmware. Raises InputError for an unknown name or setting."""
+    """Return a Python firmware by name. Raises InputError."""
     from fcu_emulator.firmware_model import FIRMWARES
     from fcu_emulator.firmware_model import Settings as FirmwareSettings
 
@@ -176,7 +174,7 @@ class Backend(Protocol):
         ...
 
     def variable(self, name: str) -> Any:
-        """Return a global variable by its C name. Raises KeyError."""
+        """Return a C variable by name. Raises KeyError."""
         ...
 
     def handles(self, peripheral: str) -> bool:

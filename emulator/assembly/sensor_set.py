@@ -1,4 +1,4 @@
-"""A board's sensors, built from the world with the selected errors, and attached to their bus.
+"""A board's sensors, and their connection to their bus.
 
 A sensor with a connected pin is evaluated whenever its pins may change, and other sensors only when
 they are read.
@@ -34,8 +34,8 @@ from fcu_emulator.sensors.register_file import NoteCallback, WriteLog
 class SensorSet:
     """The sensors of one board, by name: ``sensors["LSM6DSL"]``, or ``sensors.lsm6dsl``.
 
-    ``powered_on_ps``: time of power-on; None for a long time ago. Raises InputError for settings of
-    absent sensors.
+    ``powered_on_ps``: time of power-on; None: long ago. Raises InputError for settings of absent
+    sensors.
     """
 
     def __init__(
@@ -80,7 +80,7 @@ class SensorSet:
                 spi[wiring.bus].attach(place, part)
 
     def observe(self, trace: Trace) -> None:
-        """Report register accesses and edges of wired pins to the trace."""
+        """Report register accesses and pin edges to the trace."""
         for part in self.parts:
             PinWatch(part, self._clock, trace)
             part.observe(_note(trace, part.NAME), _write_log(trace, part.NAME))
@@ -151,7 +151,7 @@ def _replace(errors: PartErrors, numbers: Numbers) -> PartErrors:
 
 
 class PinWatch:
-    """Delivers the edges of a sensor's pins, at their times, to connected pins and the trace."""
+    """Delivers a sensor's pin edges, at their times, to pins and trace."""
 
     def __init__(self, part: Sensor, clock: Clock, trace: Trace) -> None:
         self._part = part

@@ -1,4 +1,4 @@
-"""Snapshots of a board's whole state, which can be restored thousands of times per second.
+"""Snapshots of a board's whole state.
 
 Decision: a snapshot walks the board's objects and records their contents, so that it cannot miss a
 new attribute. Rules of the walk:
@@ -9,8 +9,7 @@ new attribute. Rules of the walk:
 * functions of these packages: closures, whose variables must never be rebound;
 * objects with ``snapshot()`` and ``restore(state)``: also their state outside Python. The trace is
   not walked;
-* numpy arrays: the reference, because their contents never change in place;
-* all other objects: the reference.
+* numpy arrays, whose contents never change in place, and all other objects: the reference.
 
 A board with Python firmware has no snapshots, because its stack cannot be copied.
 """
@@ -49,7 +48,7 @@ class Snapshotted(Protocol):
     """An object with state outside Python."""
 
     def snapshot(self) -> Any:
-        """Return the state outside Python. Raises InputError if it is not available."""
+        """Return the state outside Python. Raises InputError."""
         ...
 
     def restore(self, state: Any) -> None: ...

@@ -26,7 +26,7 @@ def _bytes_of(data: bytes, characters: int) -> int:
 
 
 class Terminal:
-    """The board's output as UTF-8, with invalid bytes as Latin-1, and a keyboard."""
+    """The board's output, decoded as UTF-8 or Latin-1, and a keyboard."""
 
     def __init__(self, uart: Uart, clock: Clock, run_until_ps: Callable[[int], None]) -> None:
         self.uart = uart
@@ -49,8 +49,7 @@ class Terminal:
         return data
 
     def since(self, position: int) -> tuple[bytes, int]:
-        """Return the bytes after ``position``, counted from power-on, and the position after them.
-        """
+        """Return the bytes after ``position``, and the position after them."""
         received = self.uart.received()
         start = max(position - self.uart.dropped, 0)
         return bytes(received[start:]), self.uart.dropped + len(received)
@@ -67,18 +66,18 @@ class Terminal:
 
     @property
     def typing_left(self) -> int:
-        """Number of typed bytes that have not arrived."""
+        """Typed bytes that have not arrived."""
         return self.uart.typing_left
 
     @property
     def position(self) -> int:
-        """Number of bytes printed since power-on, for ``since``."""
+        """Number of bytes printed since power-on."""
         return self.uart.received_count()
 
     def expect(
         self, pattern: str | re.Pattern[str], timeout_s: float = 10.0, *, since: int | None = None
     ) -> re.Match[str]:
-        """Run the board until ``pattern`` (a regular expression) is printed, and return the match.
+        """Run until ``pattern`` (a regular expression) is printed, and return the match.
 
         The search starts at byte position ``since`` (0: power-on), by default at the end of the
         output. If no time has passed since the previous match, it starts at the end of that match.

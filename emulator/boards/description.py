@@ -66,7 +66,7 @@ class MountedSensor:
 
 @dataclass(frozen=True)
 class I2cPins:
-    """The pins of one of the chip's I2C peripherals."""
+    """Pins of one of the chip's I2C peripherals."""
 
     scl: PinFunction
     sda: PinFunction
@@ -95,9 +95,7 @@ class CallbackTimer:
 
 @dataclass(frozen=True)
 class AbsentPart:
-    """A part without a model, whose selection adds a note to the trace. ``held``: its output
-    levels.
-    """
+    """A part without a model; the trace notes its selection. ``held``: its output levels."""
 
     name: str
     spi: str
@@ -229,7 +227,7 @@ class BoardErrors(PartErrors):
     selects both. Sources: published calibrations of eight other boards, such as Adafruit_AHRS,
     examples/ahrs_fusion_usb, and an ArduPilot autopilot (diydrones.com, "compass calibration always
     above 150"). Half of their offsets exceed 115 mgauss. Their soft iron is 6 % along an axis and
-    2.4 % between two axes. The figures here are smaller, because the sensor's own errors are drawn
+    2.4 % between axes. The figures here are smaller, because the sensor's errors are drawn
     separately. The quartz is exact unless ``hse_ppm`` is set.
     """
 
@@ -262,7 +260,7 @@ class BoardErrors(PartErrors):
     )
 
     def soft_iron(self) -> Matrix:
-        """Symmetric matrix (3, 3) applied to the outer field, as for steel without hysteresis."""
+        """Symmetric matrix (3, 3) applied to the outer field."""
         matrix = np.eye(3) + np.diag(self.soft_iron_percent) / 100.0
         for (row, column), percent in zip(
             ((0, 1), (0, 2), (1, 2)), self.soft_iron_across_percent, strict=True

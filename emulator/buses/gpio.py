@@ -26,11 +26,11 @@ class ChipPins(Protocol):
     """The chip's pins, which report edges by :meth:`Gpio.show_edge`."""
 
     def side(self, port: str, pin: int) -> tuple[int | None, int | None, int | None]:
-        """Return output level, pull level and alternate function, each None if absent."""
+        """Return output level, pull level and alternate function."""
         ...
 
     def drive(self, port: str, pin: int, level: int | None) -> None:
-        """Set the combined level of all outside drivers; None releases the pin."""
+        """Set the level of all outside drivers; None releases the pin."""
         ...
 
     def watch(self, port: str, pin: int) -> None:
@@ -140,7 +140,7 @@ class Gpio:
     # -- common to both sides ---------------------------------------------------------------------------
 
     def level(self, port: str, pin: int) -> int | None:
-        """Return the level; None while the pin floats."""
+        """Return the level; None while floating."""
         return self._pin(port, pin).level()
 
     def pins(self) -> Iterable[tuple[str, int]]:
@@ -198,7 +198,7 @@ class Gpio:
 
 
 class Led:
-    """A LED on an output pin, lit while the pin is low."""
+    """A LED, lit while its pin is low."""
 
     def __init__(self, name: str, gpio: Gpio, port: str, pin: int) -> None:
         self.name = name
@@ -208,5 +208,5 @@ class Led:
 
     @property
     def on(self) -> bool:
-        """Whether the LED is lit; an unconfigured pin or a pull-down cannot light it."""
+        """Whether the LED is lit, which a pull-down cannot cause."""
         return self._gpio.driven(*self._where) == 0

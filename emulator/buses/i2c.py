@@ -29,8 +29,7 @@ SCANNED_ADDRESSES = 8
 def is_scan(counts: Iterable[int]) -> bool:
     """Return whether the numbers of failed transfers, one per address, come from a bus scan.
 
-    A scan tries many addresses equally often. If one address fails more often, the firmware also
-    uses it.
+    A scan tries many addresses equally often.
     """
     most = sorted(counts, reverse=True)
     return len(most) >= SCANNED_ADDRESSES and most[0] <= 2 * most[SCANNED_ADDRESSES - 1]
@@ -220,7 +219,7 @@ class I2CBus:
         return self._targets.get(address)
 
     def faults(self, at_ps: int) -> list[I2CFault]:
-        """Return the rules active at ``at_ps``, for all addresses."""
+        """Return the faults active at ``at_ps``."""
         return [fault for fault in self._faults if fault.from_ps <= at_ps < fault.until_ps]
 
     # -- transfers --------------------------------------------------------------------------------------
@@ -268,7 +267,7 @@ class I2CBus:
         return kept
 
     def transfer(self, address: int, data: bytes, count: int = 0) -> bytes:
-        """Write ``data``, then read ``count`` bytes; either may be empty. Raises I2CError."""
+        """Write ``data``, then read ``count`` bytes. Raises I2CError."""
         start_ps = self._clock.now_ps
         try:
             received = self._run(address, data, count)
@@ -365,8 +364,7 @@ class I2CBus:
 class I2CMaster:
     """A bus master in Python. Firmware runs during its transfers.
 
-    Addresses have 7 bits. Raises I2CNackError, I2CBusError, I2CStuckError, and InputError for
-    invalid arguments.
+    Addresses have 7 bits. Raises I2CError or InputError.
     """
 
     def __init__(self, bus: I2CBus, run_until_ps: Callable[[int], None]) -> None:
@@ -407,7 +405,7 @@ class I2CMaster:
 
 
 def checked_data(data: object) -> bytes:
-    """Return the bytes to send. Raises InputError for an int."""
+    """Return bytes to send. Raises InputError."""
     if isinstance(data, bytes | bytearray | memoryview):
         return bytes(data)
     if isinstance(data, list | tuple) and all(isinstance(byte, int) and 0 <= byte <= 0xFF for byte in data):

@@ -1,4 +1,4 @@
-"""An I2C bus for a master that makes a call at the end of each byte."""
+"""An I2C bus whose master makes a call after each byte."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class I2CWire:
         return self.bus.has_faults and self.released_ps() > self.bus.now_ps
 
     def released_ps(self) -> int:
-        """Return the time at which faults release the lines."""
+        """Return when faults release the lines."""
         now_ps = self.bus.now_ps
         faults = self.bus.faults(now_ps)
         return max((fault.until_ps for fault in faults if fault.kind == "stuck"), default=now_ps)

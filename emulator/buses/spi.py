@@ -54,7 +54,7 @@ class SpiBus:
         return tuple(self._targets)
 
     def target(self, chip_select: str) -> SpiTarget:
-        """Return the interface of the sensor at a chip select."""
+        """Return the sensor's interface at a chip select."""
         return self._targets[chip_select][1]
 
     def transfer(self, chip_select: str, data: bytes, count: int = 0) -> bytes:
@@ -103,7 +103,7 @@ class SpiMaster:
         return self.bus.speed_hz if self.bus.is_enabled else 0
 
     def configure(self, mode: Mode, wires: Wires) -> None:
-        """Set the mode (0 to 3) and number of wires (3 or 4)."""
+        """Set mode 0 to 3, and 3 or 4 wires."""
         if mode not in (0, 1, 2, 3) or wires not in (3, 4):
             raise InputError(
                 f"SPI must have mode 0 to 3 and 3 or 4 wires, not mode {mode} with {wires} wires"
@@ -115,7 +115,9 @@ class SpiMaster:
         self.write_read(chip_select, data, 0)
 
     def write_read(self, chip_select: str, data: bytes, n: int) -> bytes:
-        """Select the device, send ``data``, read ``n`` bytes, deselect it. 0x80 in the first byte is the read flag."""
+        """Select the device, send ``data``, read ``n`` bytes, and deselect it. 0x80 is the read
+        flag.
+        """
         if chip_select not in self.bus.chip_selects:
             known = ", ".join(self.bus.chip_selects) or "none with this wiring"
             raise InputError(

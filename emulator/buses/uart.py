@@ -1,10 +1,9 @@
 """A USART's serial line (RM0368 section 19).
 
-Firmware may write a byte when the previous one is in the shift register (TXE). A received byte is
-lost if the previous one is unread (ORE).
+A received byte is lost if the previous one is unread (ORE).
 
 Decision: the terminal follows the chip's bit rate, so text sent at a wrong rate stays readable
-here. A real terminal at 115200 baud shows garbage. The trace records the wrong rate.
+here. A real terminal shows garbage, and the trace records the wrong rate.
 """
 
 from __future__ import annotations
@@ -83,7 +82,7 @@ class ArrivalTimes:
             self._runs.append((first, run.start_ps, run.frame_ps))
 
     def ps(self, number: int) -> int:
-        """Return a byte's arrival time; 0 if it arrived before the recording."""
+        """Return a byte's arrival time; 0 before the recording."""
         index = bisect_right(self._runs, number, key=lambda run: run[0]) - 1
         if index < 0:
             return 0
@@ -133,7 +132,7 @@ class _Typed:
 
 
 class Uart:
-    """One USART with a terminal, at the divider's exact rate: 84 MHz / 729 is 115226 baud."""
+    """One USART with a terminal, at the divider's exact rate."""
 
     def __init__(self, name: str, clock: Clock, trace: Trace, kernel_clock_hz: int, baud: int = BAUD) -> None:
         self.name = name

@@ -3,8 +3,8 @@
 ::
 
     board = Board(firmware="build/lab3.elf")
-    board.run_for(0.1)                                     # start-up code has run
-    board.call("getAltitude", 1013.25, 20.0)               # 0.0
+    board.run_for(0.1)
+    board.call("getAltitude", 1013.25, 20.0)
     with board.scratch() as copy:
         copy.set_variable("acc", {"AXIS_X": 0, "AXIS_Y": 0, "AXIS_Z": 1000})
         copy.call("eCompass")
@@ -14,7 +14,7 @@ Arguments and results follow the AAPCS (IHI 0042).
 
 Decision: a copy of the core and its memories executes a function that Python calls, so that the
 board's registers, RAM and peripherals do not change. A function that needs peripherals or time runs
-on the chip instead, and the board is restored. A snapshot around every call is five times as slow.
+on the chip, which is then restored. A snapshot around every call is five times as slow.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class _NeedsBoardError(Exception):
 
 
 class Frame:
-    """Registers and stack at the beginning of a call (IHI 0042, 6.5 and 7.1)."""
+    """Registers and stack of a call (IHI 0042, 6.5 and 7.1)."""
 
     def __init__(self, signature: Signature, arguments: Sequence[Any], sp: int, hard_float: bool) -> None:
         self.sp = sp & ~7
@@ -103,7 +103,7 @@ class Frame:
         return kind.value(b"".join(word.to_bytes(4, "little") for word in words[:8]), 0)
 
     def _hidden_result(self) -> int | None:
-        """Allocate a result that is too large for registers, with its address in R0."""
+        """Allocate a result that is too large for registers."""
         kind = self._result
         if not isinstance(kind, Structure | Array) or kind.size <= 4:
             return None

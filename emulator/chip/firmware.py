@@ -136,7 +136,7 @@ WORK_PER_S = 400_000_000
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits since power-on. Raises InputError for a limit of 0 or less."""
+    """Limits since power-on. Raises InputError unless positive."""
 
     instructions: int = 10**13
     """Executed and skipped instructions: 43 hours of virtual time at 84 MHz."""

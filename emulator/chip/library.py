@@ -248,7 +248,7 @@ _REGISTER_NUMBERS: Final = {
 
 @cache
 def load() -> Any:
-    """Return the declared library. Raises InputError if it is missing or outdated."""
+    """Return the declared library. Raises InputError."""
     library = loader.load()
     for name, (gives, *takes) in _FUNCTIONS.items():
         function = getattr(library, name)
@@ -442,7 +442,7 @@ class FcuChip:
             raise error
 
     def keep_error(self, error: BaseException) -> None:
-        """Raise ``error`` after the run, because C cannot pass it on."""
+        """Raise ``error`` after the run."""
         self._error = self._error or error
         self.shared[3] = 1
 

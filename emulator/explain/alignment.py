@@ -1,8 +1,8 @@
 """Compare a lab's formulas with a firmware's values, and find the formula that it computes instead.
 
-Decision: a mistake is reported only if it explains the printed numbers. Each typical mistake in one
-formula is tried. It is proven if the formulas after it give the printed numbers in every pose. A
-value in a register alone proves nothing, because compilers fuse and move operations.
+Decision: a mistake is reported only if it explains the printed numbers. A typical mistake in one
+formula is proven if the later formulas give the printed numbers in every pose. A value in a
+register alone proves nothing, because compilers fuse and move operations.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class Mistake:
 
 @dataclass(frozen=True)
 class PrintedNumbers:
-    """The numbers of a printed field by pose; ``resolution`` is one unit of the last digit."""
+    """A printed field's numbers by pose; ``resolution``: one unit of the last digit."""
 
     values: npt.NDArray[np.float64]
     resolution: float
@@ -99,13 +99,13 @@ class Alignment:
         return sum(bool(self._addresses(values[name])) for name in self.formulas)
 
     def mistakes(self, output: str, printed: PrintedNumbers) -> list[Mistake]:
-        """Return the mistakes that together give the printed numbers, in order; [] if not found."""
+        """Return the mistakes that together give the printed numbers; [] if not found."""
         self._tried = 0
         self._dependents.clear()
         return self._explained(self.formulas, output, printed, _MOST_MISTAKES)
 
     def difference(self, other: Alignment, output: str) -> Mistake | None:
-        """Return the first step for which ``other`` has another formula, as a mistake."""
+        """Return the first step whose formula differs in ``other``, as a mistake."""
         for name in _in_order(self.formulas, output):
             if other.formulas[name] != self.formulas[name]:
                 self._values(self.formulas)
@@ -177,8 +177,7 @@ class Alignment:
     def _suspects(self, formulas: Formulas, output: str, values: Mapping[str, Samples]) -> list[str]:
         """Return the steps that the firmware does not seem to compute, in order.
 
-        A step counts as computed if an instruction has its values, or those of a step that needs
-        it.
+        A step is computed if an instruction has its values, or those of a step that needs it.
         """
         chain = _in_order(formulas, output)
         right: set[str] = set()
@@ -319,9 +318,8 @@ class Alignment:
         return []
 
     def _of_operands(self, node: Node) -> list[int]:
-        """Return the first instructions that compute an operation's operands.
-
-        The compiler may have fused or moved the operation itself.
+        """Return the first instructions that compute the operands, because compilers fuse
+        operations.
         """
         found = []
         for operand in children(node):

@@ -130,7 +130,7 @@ def _replaced(node: Node, others: Mapping[Node, Node]) -> Node:
 
 
 def _unit(node: Node) -> Iterator[Node]:
-    """Yield the node converted to degrees, to radians, to an integer and to its absolute value."""
+    """Yield the node in degrees, in radians, as integer and as absolute value."""
     half_turn, pi = _ANGLE
     if isinstance(node, Name | FunctionCall):
         yield Operation("/", Operation("*", node, half_turn), pi)

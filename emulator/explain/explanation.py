@@ -1,12 +1,4 @@
-"""Explain wrong printed numbers by the line that computes another formula than the lab.
-
-::
-
-    arithmetic = load_rubric("lab3").explain.arithmetic()
-    shown = [ShownNumber("3.yaw", "yaw_deg", yaw)]
-    for one in explain_numbers("lab3.elf", arithmetic, shown, Limits()):
-        print(one.diagnosis)
-"""
+"""Explain wrong printed numbers by the line that computes another formula than the lab."""
 
 from __future__ import annotations
 
@@ -198,7 +190,7 @@ def _number(value: float) -> str:
 
 
 def _resolution(line: str) -> float:
-    """Return a unit of the last digit of a line's most exact number."""
+    """Return the finest unit of a line's numbers."""
     digits = [
         len(one.partition(".")[2]) for one in line.split() if one.replace(".", "", 1).lstrip("-").isdigit()
     ]

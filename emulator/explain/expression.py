@@ -1,8 +1,7 @@
 """Formulas of a lab as text: ``atan2(-acc_x, sqrt(acc_y**2 + acc_z**2))``.
 
-Formulas have names, numbers, ``+ - * / **``, and the functions of ``FUNCTIONS``. They are evaluated
-repeatedly, for several poses at once. Each repetition adds other rounding errors of single
-precision. Their size is the tolerance of comparisons with a firmware's values.
+Formulas have names, numbers, ``+ - * / **``, and the functions of ``FUNCTIONS``. Repeated
+evaluation with other rounding errors of single precision gives the tolerance of comparisons.
 """
 
 from __future__ import annotations
@@ -139,7 +138,7 @@ def _node(node: ast.expr) -> Node:
 
 
 def names(node: Node) -> Iterator[str]:
-    """Yield the names in a formula, in the order of the text."""
+    """Yield a formula's names in the order of the text."""
     if isinstance(node, Name):
         yield node.name
     for child in children(node):
@@ -222,7 +221,7 @@ def _operation_text(node: Operation, above: int) -> str:
 
 
 class Evaluator:
-    """Evaluates formulas over named samples, with the rounding errors of single precision."""
+    """Evaluates formulas over named samples, with single-precision rounding errors."""
 
     def __init__(self, values: Mapping[str, Samples], poses: int) -> None:
         self.values = dict(values)

@@ -73,7 +73,7 @@ class Probed:
 
 
 def probe(firmware: str | Path, inputs: Mapping[str, InputRegister], limits: Limits) -> Probed | None:
-    """Run an ELF, HEX or BIN file through the poses; None for Python firmware or a failure."""
+    """Run a firmware file through the poses; None for Python firmware or a failure."""
     board = Board(firmware, ideal=True)
     if board.chip is None:
         return None

@@ -1,7 +1,4 @@
-"""An interval timer with update interrupt (RM0368 section 14: TIM9 to TIM11).
-
-Update times are computed from the update's number, so rounding errors do not add up.
-"""
+"""An interval timer with update interrupt and without drift (RM0368 section 14: TIM9 to TIM11)."""
 
 from __future__ import annotations
 

@@ -12,9 +12,7 @@ from fcu_emulator.emulator.trace import Trace
 
 
 class Stop(Enum):
-    """The reason why a run ended. All except SLICE, HALT, BREAKPOINT and the sleeps raise a core
-    exception.
-    """
+    """Why a run ended. All except SLICE, HALT, BREAKPOINT and sleeps raise a core exception."""
 
     SLICE = auto()  # all instructions, or ``end_run``
     HALT = auto()  # before the instruction, for a debugger

@@ -165,9 +165,7 @@ class PythonPeripherals:
         self._report(peripheral, "forbidden", f"{what}-without-clock", text, register)
 
     def report_write_without_clock(self, peripheral: Peripheral, register: int, value: int) -> bool:
-        """Report a write that would have changed the register's reset value. Return False for other
-        writes.
-        """
+        """Report a write that would change the reset value, else return False."""
         declared = DECLARED.get(peripheral.name)
         known = declared.by_offset.get(register) if declared else None
         changes = known is None or bool((value ^ known.reset) & known.stored)

@@ -1,4 +1,4 @@
-"""The values that parts of a firmware compute, logged while it runs (cpu/value_log.c)."""
+"""Log of the values that firmware computes (cpu/value_log.c)."""
 
 from __future__ import annotations
 

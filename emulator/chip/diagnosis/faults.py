@@ -1,4 +1,4 @@
-"""The report of a fault: place, cause, registers, callers and consequences."""
+"""The report of a fault."""
 
 from __future__ import annotations
 

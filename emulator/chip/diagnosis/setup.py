@@ -167,7 +167,7 @@ _SR = 0x08
 
 
 def byte_left(chip: Chip, signals: BoardSignals) -> Cause | None:
-    """Report a byte left in an idle SPI's DR, which the next transfer would read."""
+    """Report a byte left in the DR of an idle SPI."""
     for name, bus in signals.spi.items():
         status = chip.core.peripherals[name].peek(_SR)
         idle = all(signals.gpio.level(select[1], int(select[2:])) for select in bus.chip_selects)

@@ -1,1 +1,1 @@
-"""The GDB remote serial protocol. Quoted names are sections of this appendix in the GDB manual."""
+"""The GDB remote serial protocol. Quoted names are sections of the GDB manual."""

@@ -32,7 +32,7 @@ class Point:
 
 @dataclass(frozen=True)
 class HaltReason:
-    """The reason for a stop: a point, a completed step (``point`` is None), or a failure."""
+    """The reason for a stop: a point, a completed step (None), or a failure."""
 
     point: Point | None = None
     address: int = 0

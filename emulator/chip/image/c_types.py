@@ -162,7 +162,7 @@ _SIGNED, _UNSIGNED = frozenset({0x05, 0x06, 0x0D}), frozenset({0x01, 0x07, 0x08,
 
 
 class TypeReader:
-    """Creates each C type once. Raises DebugInfoError if invalid or unsupported."""
+    """Creates each C type once. Raises DebugInfoError."""
 
     def __init__(self, info: DebugInfo) -> None:
         self._info = info
@@ -308,9 +308,7 @@ _LONGEST_CHAIN = 8  # two steps: to a declaration or an origin
 
 
 class Variables:
-    """Variable types by address, because names may repeat. Raises DebugInfoError for a damaged
-    file.
-    """
+    """Variable types by address, because names may repeat. Raises DebugInfoError."""
 
     def __init__(self, info: DebugInfo) -> None:
         self._info = info

@@ -50,7 +50,7 @@ def store(kind: CType, value: Any, raw: bytearray, offset: int, name: str) -> No
 
 
 def load_into(kind: CType, value: Any, raw: bytes, offset: int) -> None:
-    """Update a list, dictionary, object or byte array from ``raw``."""
+    """Update a mutable object from ``raw``."""
     now: Any = kind.value(raw, offset)
     if isinstance(value, bytearray):
         value[:] = raw[offset : offset + len(value)]

@@ -221,7 +221,7 @@ class DebugEntry:
 
 
 class DebugInfo:
-    """A file's entries. Methods raise DebugInfoError if it is damaged."""
+    """A file's entries. Methods raise DebugInfoError."""
 
     def __init__(self, sections: Sections, budget: Budget) -> None:
         self._info = sections.get(".debug_info")

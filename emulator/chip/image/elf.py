@@ -203,7 +203,7 @@ class _SectionHeader(NamedTuple):
 
 
 class Sections:
-    """Sections of an ELF file. Of several with one name, the first is used."""
+    """Sections of an ELF file, the first of each name."""
 
     def __init__(self, data: bytes, offset: int, count: int, names: int) -> None:
         self.problem: str | None = None

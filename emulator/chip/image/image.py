@@ -184,7 +184,7 @@ _TEXT_SAMPLE = 256  # bytes; a vector table has zero bytes, so it never looks li
 
 
 def read_binary(file: str, data: bytes) -> tuple[Segment, ...]:
-    """Return the file as flash. Raises FirmwareFileError for another kind or too many bytes."""
+    """Return the file as flash. Raises FirmwareFileError."""
     problem = _foreign(data)
     if problem:
         raise FirmwareFileError(file, problem, kind="other_file")

@@ -204,10 +204,7 @@ class Symbols:
         return self._table.variables() if self._table else []
 
     def read_variable(self, name: str, read_memory: ReadMemory) -> CValue:
-        """Return a variable's value; structures become objects.
-
-        Raises SymbolError for an unknown or ambiguous name or type.
-        """
+        """Return a variable's value; structures become objects. Raises SymbolError."""
         address, kind = self.variable_type(name)
         return kind.value(read_memory(address, kind.size) if kind.size else b"", 0)
 

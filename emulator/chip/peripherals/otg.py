@@ -1,7 +1,6 @@
 """OTG_FS without a cable, whose core can be reset and set up (RM0368 section 22.16).
 
-Transmit FIFOs stay empty, because no host reads them. A full-speed controller without sessions
-raises no interrupt.
+Transmit FIFOs stay empty, and no interrupt occurs.
 
 NOT MODELLED, with a note: everything that needs a connected host or device.
 """

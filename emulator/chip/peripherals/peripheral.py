@@ -45,9 +45,7 @@ class InterruptLines(Protocol):
     """The NVIC's inputs, implemented by the core."""
 
     def set_line(self, number: int, level: bool) -> None:
-        """Set or clear an input, numbered as IRQn. An input that stays active makes the interrupt
-        pending again.
-        """
+        """Set an input, numbered as IRQn. An active one becomes pending again after the handler."""
         ...
 
 

@@ -4,8 +4,8 @@ The chip reads most registers itself (:mod:`fcu_emulator.sensors.shared_register
 other messages to Python.
 
 The board's Bluetooth module is absent: SPI1 (PA5 to PA7), chip select PB0, reset PB2, interrupt
-PA4. ST's stock firmware waits 0.2 s for it and then continues. The interrupt line is low, because a
-high level would keep HCI_Isr in its loop.
+PA4. The interrupt line is low, because a high level would keep HCI_Isr of ST's firmware in its
+loop.
 """
 
 from __future__ import annotations
@@ -211,7 +211,7 @@ class SpiWire:
 
 
 def connect_absent_part(chip: FcuChip, part: AbsentPart, gpio: Gpio) -> None:
-    """Connect an absent module; the first attempt to send to it is noted."""
+    """Connect an absent module, whose first use is noted."""
 
     def tried() -> None:
         chip.trace.add(DeviceNote(chip.clock.now_ps, part.name, "not modelled", part.note, "absent-part"))

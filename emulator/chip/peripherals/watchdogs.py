@@ -27,9 +27,7 @@ _UNLOCK, _RELOAD, _START = 0x5555, 0xAAAA, 0xCCCC
 
 
 class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
-    """The independent watchdog, which resets the chip unless firmware reloads it. Only a reset
-    stops it.
-    """
+    """The independent watchdog, which only a reset stops."""
 
     def __init__(self, soc: Soc, name: str, base: int) -> None:
         super().__init__(soc, name, base)
