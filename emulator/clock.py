@@ -82,7 +82,7 @@ class Clock:
         return self.now_ps / PS_PER_S
 
     def schedule(self, at_ps: int, action: Callable[[], None], *, last: bool = False) -> Event:
-        """Call ``action()`` at ``at_ps``, or at ``now_ps`` if that is later.
+        """Call ``action()`` at ``at_ps``, or now if that is past.
 
         ``last``: after all other events of the same time.
         """
@@ -167,7 +167,7 @@ class Clock:
 
 
 class Periodic:
-    """Calls ``action()`` at ``origin_ps + n * period_ps``, n = 1, 2, 3 ..."""
+    """Calls ``action()`` at ``origin_ps + n * period_ps``, n = 1, 2, ..."""
 
     def __init__(self, clock: Clock, origin_ps: int, period_ps: Fraction, action: Callable[[], None]) -> None:
         self._clock = clock

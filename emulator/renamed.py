@@ -10,7 +10,7 @@ from typing import Any
 
 
 class RenamedWarning(FutureWarning):
-    """A file uses a name of the previous release."""
+    """A file uses an old name."""
 
 
 def with_current_keys(table: Mapping[str, Any], renamed: Mapping[str, str]) -> dict[str, Any]:
@@ -40,7 +40,7 @@ def current_name(name: Any, renamed: Mapping[str, str]) -> Any:
 
 
 def warn_renamed(old: str, new: str, stacklevel: int = 2) -> None:
-    """Warn of a changed name, at the line of the caller's caller."""
+    """Warn of a changed name, for the caller's caller."""
     problem = f"{old} is now called {new}; use that name"
     warnings.warn(problem, DeprecationWarning, stacklevel=stacklevel + 1)
 

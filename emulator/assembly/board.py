@@ -176,7 +176,7 @@ class Board:
         self.close()
 
     def close(self) -> None:
-        """End the firmware and close the trace's files. The board cannot run again."""
+        """End the firmware and close the trace. The board cannot run again."""
         self._run.closed = True
         self._end_firmware()
         self.trace.close()
@@ -253,7 +253,7 @@ class Board:
         return tuple(output.duty if output else 0.0 for output in outputs)
 
     def other_uarts(self) -> dict[str, bytes]:
-        """Return the first 64 KiB from each USART without a terminal; {} with Python firmware."""
+        """Return the first 64 KiB from each USART without a terminal."""
         return {} if self.chip is None else self.chip.chip.usarts.unconnected_output()
 
     def supply_current_ua(self) -> dict[str, float]:

@@ -1,7 +1,7 @@
 """Selection of a board's firmware and wiring, and execution of the firmware.
 
-CubeMX names the handle of a peripheral after it (``hspi2``, ``hi2c2``), and a linker drops unused
-handles. Therefore symbols select the wiring.
+CubeMX names the handle of a peripheral after it (``hspi2``, ``hi2c2``). The linked handles select
+the wiring.
 
 Decision: a firmware with handles of both buses, or without symbols, is tried on each wiring, the
 usual one first. It gets the first wiring on which a sensor answers.

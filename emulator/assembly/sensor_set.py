@@ -70,7 +70,7 @@ class SensorSet:
         raise AttributeError(f"unknown sensor {name!r} on this board; known: {known}")
 
     def attach(self, i2c: Mapping[str, I2CBus], spi: Mapping[str, SpiBus], wiring: Wiring) -> None:
-        """Connect the sensors to their addresses and chip selects."""
+        """Connect sensors to addresses and chip selects."""
         clock = self._clock
         for part in self.parts:
             place = wiring.places.get(part.NAME)

@@ -55,7 +55,7 @@ class Terminal:
         return bytes(received[start:]), self.uart.dropped + len(received)
 
     def write(self, data: bytes | str) -> None:
-        """Type text or bytes at the line's speed. Raises InputError if not Latin-1."""
+        """Type text or bytes. Raises InputError if not Latin-1."""
         try:
             self.uart.type(data.encode("latin-1") if isinstance(data, str) else bytes(data))
         except UnicodeEncodeError as error:

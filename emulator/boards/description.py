@@ -1,4 +1,4 @@
-"""A board as data: pins, mounted sensors, wirings, and errors of a real board.
+"""A board as data: pins, sensors, wirings and errors.
 
 Decision: a board is a Python literal, checked by mypy and at construction, because only developers
 write one.
@@ -136,7 +136,7 @@ class BoardDescription:
 
     ``leds``: pins of the LEDs, low while lit. ``motors``: timer and channel of each PWM.
     ``wirings``: the usual one first. ``built_firmware``: programs in
-    :mod:`fcu_emulator.firmware_model.arm` with descriptions.
+    :mod:`fcu_emulator.firmware_model.arm`.
     """
 
     name: str
@@ -294,7 +294,7 @@ class BoardSignals:
 
 
 def __getattr__(name: str) -> type[MountedSensor]:
-    """Return :class:`MountedSensor` for its name in the previous release."""
+    """Return :class:`MountedSensor` for its old name."""
     if name != "MountedPart":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     warn_renamed(name, "MountedSensor")

@@ -208,5 +208,5 @@ class Led:
 
     @property
     def on(self) -> bool:
-        """Whether the LED is lit, which a pull-down cannot cause."""
+        """Whether the LED is lit; a pull-down cannot light it."""
         return self._gpio.driven(*self._where) == 0

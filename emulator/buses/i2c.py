@@ -1,4 +1,4 @@
-"""I2C bus: whole transfers, their duration on the wire, and injected faults.
+"""I2C bus with whole transfers and injected faults.
 
 A byte takes nine clock periods; start, repeated start and stop take one each (NXP UM10204 3.1). A
 burst returns the sensor's state at its start.

@@ -1,4 +1,4 @@
-"""SPI with a chip select per sensor, three or four wires, and eight clock periods per byte.
+"""SPI with a chip select per sensor, and three or four wires.
 
 The default is mode 3 at 42 MHz / 16, as in ST's firmware.
 """

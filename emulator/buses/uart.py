@@ -154,7 +154,7 @@ class Uart:
         self._transceiver: Transceiver | None = None
 
     def frames_ps(self, count: int) -> int:
-        """Return the duration of ``count`` frames, at the terminal's rate without a bit clock."""
+        """Return the duration of ``count`` frames, also without a bit clock."""
         frame_ps = self._present_frame_ps()
         return count * frame_ps.numerator // frame_ps.denominator
 
@@ -174,7 +174,7 @@ class Uart:
     # -- sending ----------------------------------------------------------------------------------------
 
     def send(self, data: bytes, until_ps: int) -> int:
-        """Write bytes until ``until_ps``, each when the data register is empty.
+        """Write bytes until ``until_ps``, each to the empty data register.
 
         Return their number, at least one.
         """
@@ -209,7 +209,7 @@ class Uart:
         return self._text
 
     def arrival_times(self) -> ArrivalTimes:
-        """Record arrival times from now on. The caller must forget old times."""
+        """Record arrival times. The caller must forget old times."""
         self.received()
         self._times.append(ArrivalTimes())
         return self._times[-1]
@@ -252,7 +252,7 @@ class Uart:
             self._trace.add_detail(TerminalBytes(run.time_ps(first), "tx", data))
 
     def replace_last(self, value: int) -> None:
-        """Replace the latest byte, which firmware overwrote in the data register."""
+        """Replace the latest byte, overwritten in the data register."""
         self._run.waiting[-1] = value
 
     # -- receiving --------------------------------------------------------------------------------------

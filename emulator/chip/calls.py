@@ -184,7 +184,7 @@ class Frame:
 
 
 class Scratch:
-    """A copy of core and memories, for calls without effect on the board."""
+    """A copy of core and memories, without effect on the board."""
 
     def __init__(self, core: Core, image: FirmwareImage) -> None:
         self._core = core
@@ -288,7 +288,7 @@ class Scratch:
 
 
 class Caller:
-    """Calls on a board; ``restoring()`` is a context that restores it."""
+    """Calls on a board, which ``restoring()`` restores afterwards."""
 
     def __init__(
         self,

@@ -75,7 +75,7 @@ class ArmFirmware:
         return list(findings(self))
 
     def handles(self, peripheral: str) -> bool:
-        """Return whether an interrupt of a peripheral ("TIM9") is active."""
+        """Return whether a peripheral's interrupt ("TIM9") is active."""
         return any(peripheral in name for name in self.handled())
 
     def handled(self) -> list[str]:
@@ -136,7 +136,7 @@ WORK_PER_S = 400_000_000
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits since power-on. Raises InputError unless positive."""
+    """Limits since power-on. Raises InputError for 0 or less."""
 
     instructions: int = 10**13
     """Executed and skipped instructions: 43 hours of virtual time at 84 MHz."""

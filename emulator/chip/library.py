@@ -1,7 +1,7 @@
 """The chip in C (emulator/chip/native), called through ctypes; ``fcu.h`` documents each function.
 
-Decision: the structures are declared again for ctypes, and a test compares both declarations with the help of
-the compiler. A callback takes 220 ns with ctypes and 440 ns with cffi in ABI mode.
+Decision: the structures are declared again for ctypes, and a test compares both declarations with
+the help of the compiler. A callback takes 220 ns with ctypes and 440 ns with cffi in ABI mode.
 """
 
 from __future__ import annotations

@@ -125,7 +125,7 @@ class Alignment:
         return samples[:, -self._poses :]
 
     def _addresses(self, samples: Samples) -> list[int]:
-        """Return the instructions that compute these values; [] if these prove nothing."""
+        """Return the instructions that compute these values; [] without proof."""
         last = self._last(samples)
         tolerance = self._evaluator.tolerance(last)
         if (
@@ -209,7 +209,7 @@ class Alignment:
     def _computed(
         self, formulas: Formulas, name: str, output: str, printed: PrintedNumbers
     ) -> Mistake | None:
-        """Find an edit that an instruction computes and that gives the printed numbers."""
+        """Find a logged edit that gives the printed numbers."""
         for computed in edits(formulas[name], self._before(formulas, name)):
             samples = self._evaluator(computed)
             if (
@@ -265,7 +265,7 @@ class Alignment:
         return found
 
     def _before(self, formulas: Formulas, name: str) -> list[str]:
-        """Return the varying inputs and steps that do not depend on a step."""
+        """Return varying inputs and steps that do not depend on a step."""
         every = (*self._inputs, *formulas)
         return [one for one in every if self._varies(one) and name not in _in_order(formulas, one)]
 
@@ -307,9 +307,7 @@ class Alignment:
         return Mistake(name, formulas[name], simplified(computed), tuple(addresses), expected, actual)
 
     def _after(self, formulas: Formulas, name: str, computed: Node, output: str) -> list[int]:
-        """Return the instruction of the first later step that the firmware computes from a wrong
-        one.
-        """
+        """Return the first later instruction that computes a step from the wrong one."""
         for other in _in_order(formulas, output):
             if name in _in_order(formulas, other) and other != name:
                 found = self._addresses(self._changed(formulas, name, computed, other))

@@ -142,7 +142,7 @@ def _unit(node: Node) -> Iterator[Node]:
 def constants(formula: Node) -> Iterator[tuple[float, Callable[[float], Node]]]:
     """Yield the usual value and the formula for each place of an unknown constant.
 
-    The unknown first replaces each number. Then it replaces, multiplies or increases each operand.
+    The unknown replaces a number, or replaces, multiplies or increases an operand.
     """
     for edit in (_other_number, _a_number, _scaled):
         yield from _places(formula, edit, lambda changed: changed)

@@ -63,7 +63,7 @@ def explain_numbers(
 ) -> list[Explanation]:
     """Return explanations of wrong outputs, each mistake once, in the order of the formulas.
 
-    Return [] if no mistake explains them, or if the firmware fails in a pose.
+    Return [] without an explanation, or if the firmware fails in a pose.
     """
     probed = probe(firmware, arithmetic.inputs, limits)
     if probed is None:
@@ -78,7 +78,7 @@ def explain_numbers(
 
 
 def first_of(explanations: Sequence[Explanation]) -> list[Diagnosis]:
-    """Return the first mistake's diagnosis, which names the other steps; [] without mistakes."""
+    """Return the first mistake's diagnosis, which names the other steps."""
     if not explanations:
         return []
     first, *others = explanations
@@ -97,7 +97,7 @@ class _Explainer:
         self._best: dict[tuple[int, ...], Alignment] = {}
 
     def explain(self, output: ShownNumber) -> Iterator[Explanation]:
-        """Yield a wrong output's mistakes; nothing if it is right, constant or not printed."""
+        """Yield a wrong output's mistakes; nothing if right, constant or not printed."""
         printed, line = self._printed(output)
         if printed is None:
             return

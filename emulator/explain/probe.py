@@ -25,7 +25,7 @@ from fcu_emulator.emulator.trace import BusTransfer, TraceEvent
 
 
 class ProbePose(NamedTuple):
-    """An attitude in degrees, and an altitude in metres above the floor."""
+    """An attitude, and an altitude above the floor."""
 
     roll_deg: float
     pitch_deg: float

@@ -1,7 +1,7 @@
 """The processor for Python firmware. Virtual time passes only while the firmware waits.
 
-Decision: Python firmware runs in a greenlet, not in a thread or a generator. Threads need locks and switch ten times
-more slowly; generators need ``yield from`` before every HAL call.
+Decision: Python firmware runs in a greenlet, not in a thread or a generator. Threads need locks and
+switch ten times more slowly. Generators need ``yield from`` before every HAL call.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The HAL calls of Python firmware, with the timing of ST's STM32F4 HAL V1.6.0.
+"""The HAL calls of Python firmware, timed as in ST's STM32F4 HAL V1.6.0.
 
 Later versions of ST's HAL add one tick to ``HAL_Delay``.
 """

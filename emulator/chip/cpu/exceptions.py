@@ -38,7 +38,7 @@ VECTTBL, FORCED, DEBUGEVT = masks(scb.HFSR.VECTTBL, scb.HFSR.FORCED, scb.HFSR.DE
 
 @dataclass(frozen=True, slots=True)
 class CoreFault:
-    """A fault with bits for CFSR and HFSR, and an address for BFAR."""
+    """A fault with bits of CFSR and HFSR, and BFAR's address."""
 
     exception: int
     cfsr: int = 0

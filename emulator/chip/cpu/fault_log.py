@@ -78,8 +78,7 @@ class LostStore:
 class FaultLog:
     """Records the core's faults, and the first store that FLASH refused.
 
-    ``origin``: the latest fault that is not a consequence. ``times``: how often it occurred in
-    quick succession.
+    ``origin``: the latest fault that is not a consequence, seen ``times`` in quick succession.
     """
 
     def __init__(self, core: Core) -> None:

@@ -47,7 +47,7 @@ class ValueLog:
     """Logs the values that instructions in ``ranges`` (begin, end) compute while the context is
     active.
 
-    An instruction's repeated values are logged once. The run's time and results do not change.
+    An instruction's repeated values are logged once.
     """
 
     def __init__(self, core: Core, ranges: Iterable[tuple[int, int]]) -> None:
@@ -73,7 +73,7 @@ class ValueLog:
         return self._log.lost
 
     def take(self) -> Values:
-        """Return the ``VALUE`` records since the last call, and clear the log."""
+        """Return and clear the logged ``VALUE`` records."""
         values = self._values[: self._log.count].copy()
         self._log.count = self._log.lost = self._log.address = 0
         ctypes.memset(self._log.keys, 0, ctypes.sizeof(self._log.keys))

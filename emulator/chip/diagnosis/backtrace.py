@@ -25,7 +25,7 @@ _MAX_FUNCTIONS = 500
 
 
 class Places:
-    """Converts addresses to names; for stripped firmware, to numbers."""
+    """Converts addresses to names, else to numbers."""
 
     def __init__(self, image: FirmwareImage) -> None:
         self._symbols = image.symbols
@@ -63,9 +63,7 @@ class Places:
         return self.address_of("_end", "end", "_ebss", "__bss_end__")
 
     def call_of(self, names: Container[str], start: int, code: ReadCode) -> tuple[int, str] | None:
-        """Return the call in ``start`` that leads directly or indirectly to one of ``names``. Calls
-        by pointer are not followed.
-        """
+        """Return the call in ``start`` that leads to one of ``names``, but not by pointer."""
         waiting, seen = deque([(start, 0)]), {start}
         while waiting and len(seen) < _MAX_FUNCTIONS:
             address, first_site = waiting.popleft()

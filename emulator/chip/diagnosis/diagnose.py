@@ -59,7 +59,7 @@ _SET_UP_PS = PS_PER_S // 2
 
 
 def diagnose(arm: RunningFirmware) -> Diagnosis | None:
-    """Return the firmware's worst problem, without changing the board."""
+    """Return the firmware's worst problem."""
     return next(findings(arm), None)
 
 
@@ -197,8 +197,8 @@ def slow_callback(chip: Chip, places: Places) -> Diagnosis | None:
     """Report the first timer that loses over a tenth of its ticks, or some because of a waiting
     call.
 
-    A handler that takes longer than the period is entered again at once. Therefore its duration is
-    the period times the due ticks per handled tick.
+    The duration of a handler that takes longer than the period is the period times the due ticks
+    per handled tick.
 
     Decision: a slow timer callback is never called a failure, because a scenario may slow the bus
     down on purpose.
@@ -273,7 +273,7 @@ _SP, _LR, _PC = 13, 14, 15
 
 
 def reset_report(core: Core, places: Places, fault: FaultRecord | None) -> Diagnosis | None:
-    """Report the place of the latest watchdog reset, or of repeated resets."""
+    """Report the latest watchdog reset, or repeated resets."""
     resets = core.resets
     if not resets or (resets[-1][1] not in _WATCHDOGS and len(resets) < _MANY_RESETS):
         return None

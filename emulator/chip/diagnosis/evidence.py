@@ -1,4 +1,4 @@
-"""Evidence about a stuck program: latest transfers, and notes about unusable peripherals."""
+"""Evidence about a stuck program: latest transfers and peripheral notes."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ class RecentTransfers:
         return [f"{at(transfer.t_ps)}  {_text(transfer, self._signals.i2c)}" for transfer in transfers]
 
     def failure(self) -> Cause | None:
-        """Return the cause of a held line or of a failed latest transfer."""
+        """Return the cause of a held line or failed latest transfer."""
         for bus in self._i2c:
             if any(fault.kind == "stuck" for fault in bus.faults(self._now_ps)):
                 text = f"a line of {bus.name} is held low"
@@ -244,7 +244,7 @@ class PeripheralNotes:
         ]
 
     def cause(self, among: Container[str] | None = None) -> Cause | None:
-        """Return the first peripheral without clock as the cause, of ``among`` if given."""
+        """Return the first peripheral without clock, of ``among`` if given."""
         for name in self.without_clock():
             if among is not None and name not in among:
                 continue

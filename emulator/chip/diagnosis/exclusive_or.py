@@ -15,7 +15,7 @@ _SIGN_BIT = 0x400
 
 
 def exclusive_or(places: Places, code: ReadCode) -> str:
-    """Return the first exclusive or in the slides' functions or their callers."""
+    """Return the first exclusive or in the slides' functions or callers."""
     for names in (_ARITHMETIC, _CALLERS):
         starts = [start for name in names if (start := places.address_of(name)) is not None]
         functions = (places.function(start) for start in starts)

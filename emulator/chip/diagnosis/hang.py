@@ -335,7 +335,7 @@ class Hang:
         )
 
     def _outermost(self, loop: Loop) -> int:
-        """Return the loop's outermost call or its last instruction, wherever the run ended."""
+        """Return the loop's outermost call or last instruction, wherever the run ended."""
         calls = [call.address for call in self._calls if call.address != self._pc]
         inside = [address for address in calls if {address, address - 2} & loop.code]
         return inside[-1] if inside else max(loop.code, default=self._pc)

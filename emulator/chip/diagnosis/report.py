@@ -49,7 +49,7 @@ class Diagnosis:
 
 
 class Cause(NamedTuple):
-    """The reason in a few words, and details in sentences."""
+    """A short reason, and details in sentences."""
 
     short: str
     sentences: list[str]

@@ -29,8 +29,7 @@ def serve(board: DebuggedBoard, port: int, halted: bool = False) -> GdbServer:
     """Listen for a debugger on ``port`` of 127.0.0.1; 0 selects a free port.
 
     Use the server's ``run_until`` instead of the board's. ``halted``: wait before the first
-    instruction. Raises InputError without compiled firmware, and LinkError if the port is not
-    available.
+    instruction. Raises InputError without compiled firmware, and LinkError for an unavailable port.
     """
     firmware = board.chip
     if firmware is None:

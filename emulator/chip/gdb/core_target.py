@@ -1,13 +1,12 @@
 """The chip as a debugger's target.
 
-Decision: resuming from a breakpoint makes a single step first, in a separate run. A waiting loop with a breakpoint is
-therefore never skipped.
+Decision: resuming from a breakpoint makes a single step first, in a separate run. A waiting loop
+with a breakpoint is therefore never skipped.
 
-Decision: with a debugger, BKPT halts the core (ARMv7-M ARM C1.4.1), and execution resumes after it. Otherwise it would
-halt there forever.
+Decision: with a debugger, BKPT halts the core (ARMv7-M ARM C1.4.1), and execution resumes after it.
 
-Decision: watchpoints monitor every load and store in one range that covers all of them, including registers. DMA and
-exception frames are not detected.
+Decision: watchpoints monitor every load and store in one range that covers all of them, including
+registers. DMA and exception frames are not detected.
 """
 
 from __future__ import annotations

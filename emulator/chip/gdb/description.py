@@ -1,7 +1,8 @@
-"""Registers, in the order of their packet numbers, and memory ("Target Descriptions", "Memory Map Format", "ARM
-Features").
+"""Registers, in the order of their packet numbers, and memory ("Target Descriptions", "Memory Map
+Format", "ARM Features").
 
-Decision: floating-point registers are described as d0 to d15, because GDB derives s0 to s31 from them.
+Decision: floating-point registers are described as d0 to d15, because GDB derives s0 to s31 from
+them.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """The debugger's TCP socket on 127.0.0.1, served between slices of virtual time.
 
-Decision: a debugger whose connection breaks counts as detached, so its breakpoints are removed and the firmware
-continues.
+Decision: a debugger whose connection breaks counts as detached, so its breakpoints are removed and
+the firmware continues.
 
-Decision: a new connection becomes the debugger only with its first valid packet. Other connections are closed, because
-any web page can send to a local port.
+Decision: a new connection becomes the debugger only with its first valid packet. Other connections
+are closed, because any web page can send to a local port.
 """
 
 from __future__ import annotations

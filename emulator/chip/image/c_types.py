@@ -1,4 +1,4 @@
-"""C types in little-endian layout, and their debugging entries (DWARF 5 chapter 5)."""
+"""C types in little-endian layout (DWARF 5 chapter 5)."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Debugging entries in ``.debug_info`` (DWARF 2 to 5; DWARF 5 sections 2, 7.5).
 
-Decision: debugging entries are read in the order of the file, never by their sibling references. Forged references can
-form a circle. Split debug information (``-gsplit-dwarf``) is skipped.
+Decision: debugging entries are read in the order of the file, never by their sibling references.
+Forged references can form a circle. Split debug information (``-gsplit-dwarf``) is skipped.
 """
 
 from __future__ import annotations

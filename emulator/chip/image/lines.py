@@ -30,10 +30,7 @@ class SourceLine(NamedTuple):
 
 
 class LineTable:
-    """Finds the line of an address among ``sequences``.
-
-    Sequences at address 0 are removed functions (``--gc-sections``).
-    """
+    """Finds an address's line. Sequences at address 0 are removed functions (``--gc-sections``)."""
 
     def __init__(self, sequences: Iterable[Sequence]) -> None:
         found = [one for one in sequences if one.addresses and one.addresses[0] != 0]

@@ -53,8 +53,7 @@ class DmaRequests(Protocol):
     """The request lines of DMA1 and DMA2."""
 
     def request(self, line: str) -> bool:
-        """Make one transfer for ``line`` ("I2C2_RX", RM0368 tables 28, 29); False if no stream
-        serves it.
+        """Make one transfer for ``line`` ("I2C2_RX", RM0368 tables 28, 29); False without a stream.
         """
         ...
 
@@ -62,7 +61,7 @@ class DmaRequests(Protocol):
 
 
 class Memory(Protocol):
-    """The bus matrix for DMA (RM0368 section 2.1). Accesses have 1, 2 or 4 bytes, and side effects."""
+    """The bus matrix for DMA (RM0368 section 2.1), for 1, 2 or 4 bytes."""
 
     def read(self, address: int, size: int) -> bytes | None: ...
 
@@ -71,7 +70,7 @@ class Memory(Protocol):
 
 @dataclass
 class Soc:
-    """The chip's internal connections; peripherals are set during assembly."""
+    """The chip's internal connections, completed during assembly."""
 
     clock: Clock
     trace: Trace

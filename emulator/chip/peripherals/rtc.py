@@ -1,7 +1,8 @@
 """RTC: calendar, alarms, wake-up timer, backup registers, write protection (RM0368 section 17).
 
-INITF, RSF, WUTWF and ALRxWF are set at once; on the chip this takes two RTC clocks. Invalid dates carry over into the
-next unit. Notes report tamper, time stamp, calibration and 12 hour format as not modelled.
+INITF, RSF, WUTWF and ALRxWF are set at once; on the chip this takes two RTC clocks. Invalid dates
+carry over into the next unit. Notes report tamper, time stamp, calibration and 12 hour format as
+not modelled.
 """
 
 from __future__ import annotations
@@ -214,7 +215,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
             self._refuse_without_keys(ISR)
 
     def _write_event(self, offset: int, value: int, mask: int) -> None:
-        """Write a register of an alarm or timer that is off, or in initialisation mode."""
+        """Write a register of an inactive alarm or timer, or while initialising."""
         if self.registers[ISR] & (_BITS_THAT_ALLOW[offset] | _INITF):
             super().write(offset, value, mask)
         else:
@@ -318,7 +319,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
             self._plan(flag)
 
     def _plan(self, flag: int) -> None:
-        """Schedule the next event. There is none without clock or in initialisation mode."""
+        """Schedule the next event, unless initialising or without clock."""
         self._cancel(flag)
         if not self._hz or self.registers[ISR] & _INITF:
             return

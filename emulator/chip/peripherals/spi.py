@@ -79,7 +79,7 @@ class _Calls(ctypes.Structure):
 
 
 class _SpiDevice:
-    """A sensor at its chip select, and its message in Python."""
+    """A sensor at its chip select, with its message."""
 
     def __init__(self, wire: SpiWire, chip_select: str, target: SpiTarget) -> None:
         self.chip_select = chip_select
@@ -131,7 +131,7 @@ class SpiWire:
         bus.is_enabled = False
 
     def take_messages(self) -> None:
-        """Pass the chip's messages and unreceived bytes to the bus."""
+        """Pass the chip's messages and unreceived bytes on."""
         library, handle, bus = self._chip.library, self._chip.handle, self._bus
         message, unaddressed = _CachedMessage(), _Unaddressed()
         while library.fcu_take_spi_message(handle, self._number, ctypes.byref(message)):

@@ -88,9 +88,7 @@ class ConnectedUsarts:
 
 
 def wire_terminal(chip: FcuChip, name: str, pin: PinFunction, baud: int = BAUD) -> None:
-    """Connect a terminal at ``baud`` to a USART's ``pin``. A wrong rate is noted. An unswitched pin
-    loses bytes.
-    """
+    """Connect a terminal at ``baud`` to a USART's ``pin``. A wrong rate is noted."""
     port, number, function = pin
     index = chip.peripherals[name].index
     chip.library.fcu_usart_wire(chip.handle, index, PORTS.index(port), number, function, baud)
