@@ -205,7 +205,7 @@ class BoardDescription:
 class SensorSettings:
     """Deviation of the sensors from ideal ones.
 
-    ``figures`` replaces single numbers of the ``quality``: ``{"lps22hb": {"pressure_bias_hpa": 0.5}}``.
+    ``figures`` replaces numbers of ``quality``, as in ``{"lps22hb": {"pressure_bias_hpa": 0.5}}``.
     """
 
     quality: Quality = "typical"

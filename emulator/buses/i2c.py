@@ -385,7 +385,7 @@ class I2CMaster:
         return self._transfer(address, b"", checked_count(n, 1))
 
     def write_read(self, address: int, data: bytes, n: int) -> bytes:
-        """Send start, address, ``data``, repeated start and address, read ``n`` bytes, send stop."""
+        """Send start, address, ``data``, repeated start, address; read ``n`` bytes; send stop."""
         return self._transfer(address, checked_data(data), checked_count(n, 1))
 
     def inject(self, fault: I2CFault) -> None:

@@ -75,7 +75,9 @@ class BareCore(FcuChip):
         self.library.fcu_end_run(self.handle)
 
     def enter_exception(self, number: int, vectors: int) -> bool:
-        """Save the context and enter a handler. Return False for addresses outside memory."""
+        """Save the context and enter a handler. Return False if stack or vector table is outside
+        memory.
+        """
         return bool(self.library.fcu_enter_exception(self.handle, number, vectors))
 
     @property

@@ -90,7 +90,9 @@ class Core(FcuChip):
     def power_on(
         self, soc: Soc, peripherals: Iterable[Peripheral], on_reset: Callable[[str], None] | None = None
     ) -> None:
-        """Start; sets ``soc.irq`` and ``soc.memory``. ``on_reset(reason)`` is called before later resets."""
+        """Start; sets ``soc.irq`` and ``soc.memory``. ``on_reset(reason)`` is called before later
+        resets.
+        """
         self._on_reset = on_reset or self._on_reset
         self._python_peripherals = tuple(peripherals)
         self.python = PythonPeripherals(soc, self._python_peripherals)

@@ -1,4 +1,6 @@
-"""Exceptions (ARMv7-M ARM table B1-4, RM0368 table 38) and faults (ARMv7-M ARM B1.5.14, B3.2.15, B3.2.16)."""
+"""Exceptions (ARMv7-M ARM table B1-4, RM0368 table 38) and faults (ARMv7-M ARM B1.5.14, B3.2.15,
+B3.2.16).
+"""
 
 from __future__ import annotations
 

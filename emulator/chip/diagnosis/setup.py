@@ -246,7 +246,7 @@ def _why_no_ticks(chip: Chip, usual: str) -> tuple[str, str]:
 
 
 def wrong_rate(chip: Chip, signals: BoardSignals) -> Diagnosis | None:
-    """Report a lab timer rate other than 800 Hz."""
+    """Report a lab timer with another rate than 800 Hz."""
     if not any(word in signals.uart.received() for word in _LAB):
         return None
     timers = [timer for timer in chip.timers.values() if timer.ticks > 1 and timer.rate_hz]
