@@ -209,7 +209,7 @@ class Alignment:
     def _computed(
         self, formulas: Formulas, name: str, output: str, printed: PrintedNumbers
     ) -> Mistake | None:
-        """Find a logged edit that gives the printed numbers."""
+        """Find an edit in the log that gives the printed numbers."""
         for computed in edits(formulas[name], self._before(formulas, name)):
             samples = self._evaluator(computed)
             if (

@@ -65,7 +65,7 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
     def connect(
         self, memory: memoryview[int], programmed: Callable[[int, int], None], erased: Callable[[], None]
     ) -> None:
-        """Set the memory; ``programmed(offset, size)`` and ``erased()`` follow changes."""
+        """Set the memory. Changes call ``programmed(offset, size)`` or ``erased()``."""
         self._memory, self._programmed, self._erased = memory, programmed, erased
 
     def reset(self) -> None:
