@@ -1,9 +1,7 @@
 """Virtual time in integer picoseconds since power-on, with events and durations.
 
-This module never reads the wall clock.
-
-Decision: the unit of virtual time is the picosecond. A cycle of the 84 MHz core is 11.905 ns: rounding it to a
-nanosecond changes it by 0.8 %, rounding it to a picosecond by 0.002 %.
+Decision: the unit of virtual time is the picosecond. Rounding a cycle of the 84 MHz core to a
+nanosecond changes it by 0.8 %, to a picosecond by 0.002 %.
 
 Decision: a duration must have a unit, because a bare ``for = 50`` may mean seconds or milliseconds.
 """
@@ -59,10 +57,11 @@ _Entry: TypeAlias = tuple[int, int, Event]
 class Clock:
     """Virtual time and its queue of events.
 
-    ``next_ps`` is the time of the earliest event, or ``NEVER_PS``.
+    ``next_ps`` and ``deferred_ps`` are the times of the earliest event and deferred call, or
+    ``NEVER_PS``.
 
-    Deferred calls are events that do not stop a run. They are executed later than planned, with the next event or by
-    ``settle()``, but in order and with their planned time. ``deferred_ps`` is the time of the earliest one.
+    Deferred calls do not stop a run. They are executed in order, with the next event or by
+    ``settle()``, and see their planned time.
     """
 
     def __init__(self) -> None:
@@ -83,9 +82,9 @@ class Clock:
         return self.now_ps / PS_PER_S
 
     def schedule(self, at_ps: int, action: Callable[[], None], *, last: bool = False) -> Event:
-        """Call ``action()`` at ``at_ps``, or at ``now_ps`` if that is later.
+        """Call ``action()`` at ``at_ps``, or now if that is past.
 
-        With ``last``, the call comes after all other events of the same time.
+        ``last``: after all other events of the same time.
         """
         event = Event(action)
         if len(self._queue) >= self._purge_at:
@@ -132,7 +131,7 @@ class Clock:
         self.now_ps = now_ps
 
     def fire_next(self) -> None:
-        """Execute the earliest event or deferred call; at the same time, the deferred call comes first."""
+        """Execute the earliest call; at equal times, a deferred call comes first."""
         if self.deferred_ps <= self.next_ps:
             at_ps, _, event = heapq.heappop(self._deferred)
             self.deferred_ps = self._deferred[0][0] if self._deferred else NEVER_PS
@@ -158,7 +157,7 @@ class Clock:
         self._front, self.next_ps = entry, entry[0]
 
     def advance_to(self, at_ps: int) -> None:
-        """Execute all events and deferred calls up to and including ``at_ps``."""
+        """Execute all calls up to and including ``at_ps``."""
         for hand_over in self.before_firing:
             hand_over(at_ps)
         start_ps = self.now_ps  # deferred calls set the time back while they are executed
@@ -168,7 +167,7 @@ class Clock:
 
 
 class Periodic:
-    """Calls ``action()`` at ``origin_ps + n * period_ps``, n = 1, 2, 3 ..., without drift."""
+    """Calls ``action()`` at ``origin_ps + n * period_ps``, n = 1, 2, ..."""
 
     def __init__(self, clock: Clock, origin_ps: int, period_ps: Fraction, action: Callable[[], None]) -> None:
         self._clock = clock
@@ -207,7 +206,7 @@ _LONGEST_PS = 1_000_000 * PS_PER_S  # eleven days of virtual time
 
 
 def parse_duration(value: Any) -> int:
-    """Convert a text such as "50ms" to ps. Raises ValueError that states the correct form."""
+    """Convert a text such as "50ms" to ps. Raises ValueError."""
     if isinstance(value, int | float) and not isinstance(value, bool):
         raise ValueError(f"must be {_RIGHT} in quotes, not the bare number {shown(value)}")
     match = re.fullmatch(DURATION, value) if isinstance(value, str) else None
@@ -222,7 +221,7 @@ def parse_duration(value: Any) -> int:
 
 
 def format_duration(duration_ps: int) -> str:
-    """Return a duration in the notation of files, exact to a picosecond."""
+    """Return a duration as text, exact to a picosecond."""
     for unit in ("min", "s", "ms"):
         if duration_ps and duration_ps % _PS_PER_UNIT[unit] == 0:
             return f"{duration_ps // _PS_PER_UNIT[unit]}{unit}"
@@ -230,7 +229,7 @@ def format_duration(duration_ps: int) -> str:
 
 
 def seconds(at_ps: int) -> str:
-    """Return a time in seconds, with its unit, for messages."""
+    """Return a time in seconds as text with unit."""
     return f"{at_ps / PS_PER_S:.6g} s"
 
 
@@ -245,17 +244,17 @@ class TickCounts(Protocol):
 
     @property
     def ticks(self) -> int:
-        """Number of timer updates while the interrupt was enabled."""
+        """Timer updates while the interrupt was enabled."""
         ...
 
     @property
     def late(self) -> int:
-        """Number of ticks whose handler did not start at once."""
+        """Ticks whose handler did not start at once."""
         ...
 
     @property
     def lost(self) -> int:
-        """Number of ticks that came while the previous tick still waited."""
+        """Ticks that came while the previous tick waited."""
         ...
 
     @property

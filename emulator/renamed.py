@@ -1,4 +1,4 @@
-"""Support for the names of the previous release, for one release and with a warning (``docs/renamed.md``)."""
+"""Support for names of the previous release, with a warning (``docs/renamed.md``)."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from typing import Any
 
 
 class RenamedWarning(FutureWarning):
-    """A file uses a name of the previous release."""
+    """A file uses an old name."""
 
 
 def with_current_keys(table: Mapping[str, Any], renamed: Mapping[str, str]) -> dict[str, Any]:
-    """Return the table with the current names of its keys; ``renamed`` maps old names to current ones.
+    """Return the table with current keys; ``renamed`` maps old names to current ones.
 
     Warns of each old name. Raises ValueError if the table has both.
     """
@@ -28,7 +28,7 @@ def with_current_keys(table: Mapping[str, Any], renamed: Mapping[str, str]) -> d
 
 
 def current_name(name: Any, renamed: Mapping[str, str]) -> Any:
-    """Return the current name, and warn if ``name`` is the old one; return any other name unchanged."""
+    """Return the current name, with a warning if ``name`` is old."""
     new = renamed.get(name) if isinstance(name, str) else None
     if new is None:
         return name
@@ -40,13 +40,13 @@ def current_name(name: Any, renamed: Mapping[str, str]) -> Any:
 
 
 def warn_renamed(old: str, new: str, stacklevel: int = 2) -> None:
-    """Warn that a name has changed. The warning shows the line of the caller's caller."""
+    """Warn of a changed name, for the caller's caller."""
     problem = f"{old} is now called {new}; use that name"
     warnings.warn(problem, DeprecationWarning, stacklevel=stacklevel + 1)
 
 
 class OldName:
-    """Alias for the previous name of an attribute, with a warning: ``arm = OldName("chip")``."""
+    """Alias for an attribute's previous name, with a warning: ``arm = OldName("chip")``."""
 
     def __init__(self, new: str) -> None:
         self._new = new

@@ -1,1 +1,1 @@
-"""The board: its sensors and wiring, its firmware, its terminal, and snapshots."""
+"""The board: sensors, wiring, firmware, terminal and snapshots."""

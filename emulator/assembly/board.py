@@ -1,19 +1,14 @@
-"""The virtual board: one clock, one world, one trace, the sensors on their bus, and the firmware.
+"""The virtual board with its clock, world, trace, sensors and firmware.
 
 ::
 
     from fcu_emulator import Board
 
     board = Board(firmware="lab3")
-    board.run_for(3)                       # seconds of virtual time
+    board.run_for(3)
     board.world.set_attitude(roll_deg=0, pitch_deg=85, yaw_deg=0)
     board.terminal.expect(r"Pitch: 8[45]\\.")
     assert board.led1.on
-
-A board without firmware is a bus with sensors, for tests of drivers::
-
-    board = Board()
-    board.i2c2.write_read(0x6B, b"\\x0f", 1)   # b"\\x6a", the LSM6DSL's WHO_AM_I
 
 Boards are independent of each other. A board belongs to the thread that first runs it.
 """
@@ -76,21 +71,20 @@ _MOST_TRIAL_ACCESSES, _MOST_TRIAL_FAULTS = 100_000, 1_000
 class Board:
     """A STEVAL-FCU001V1.
 
-    ``firmware``: a name (``"lab3"`` and ``"template"`` in Python, ``"solution"`` and ``"template-arm"`` in
-    C), an ELF, HEX or BIN file, a callable that takes the HAL, or None.
-    ``scenario``: a name, a path or a loaded scenario. Its firmware is used unless ``firmware`` is given.
-    ``wiring``: ``"lab3"`` (all sensors on I2C2), ``"fcu001v1"`` (SPI2, as on the real board), or None to
-    select it from the firmware's file or by a trial.
-    ``seed``: selects the board's offsets and noise; None: the scenario's seed, else 0.
-    ``ideal``: sensors without any error, on a board without iron.
-    ``cold_start``: False: the sensors have been powered for a long time. True: the supply is switched on at
-    t = 0. The LSM6DSL does not answer for the first 15 ms and the LIS2MDL for 20 ms (no acknowledge on I2C,
-    0xFF on SPI), and the board warms up.
-    ``crystal_hz``: frequency of the chip's crystal, 4 to 26 MHz, for programs made for another board; None: the
-    scenario's, else 16 MHz.
+    ``firmware``: a name (``"lab3"``, ``"template"``, ``"solution"`` or ``"template-arm"``), an ELF,
+    HEX or BIN file, a callable that takes the HAL, or None for sensors only.
+    ``scenario``: a name, a path or a loaded scenario, whose firmware is the default.
+    ``wiring``: ``"lab3"`` (all sensors on I2C2), ``"fcu001v1"`` (SPI2, as on the real board), or
+    None to select it by the firmware's symbols or a trial.
+    ``seed``: selects offsets and noise. The default is the scenario's seed, else 0.
+    ``ideal``: sensors without errors, on a board without iron.
+    ``cold_start``: True switches the supply on at t = 0, and the board warms up. The LSM6DSL does
+    not answer for 15 ms and the LIS2MDL for 20 ms (no acknowledge on I2C, 0xFF on SPI). By default
+    the supply has been on for a long time, or as the scenario says.
+    ``crystal_hz``: the chip's crystal, 4 to 26 MHz. The default is the scenario's, else 16 MHz.
 
-    Times are virtual seconds since power-on. Close a board with ``close()`` or a ``with`` block. Raises
-    InputError (for scenarios ScenarioError) if a name, a file or a value cannot be used.
+    Times are virtual seconds since power-on. Close a board with ``close()`` or a ``with`` block.
+    Raises InputError or ScenarioError.
     """
 
     arm = OldName("chip")
@@ -171,7 +165,7 @@ class Board:
         return f"<Board: {firmware}{plays}, wiring {self.booted.wiring.name!r}, seed {self.seed}, {state}>"
 
     def __getattr__(self, name: str) -> Any:
-        """Return an object of the board's description in lower case: ``board.led1``, ``board.i2c2``, ``board.tim9``."""
+        """Raise AttributeError with the known names, such as ``led1``, ``i2c2`` and ``tim9``."""
         known = ", ".join(one.lower() for one in self.__dict__.get("_named", ()))
         raise AttributeError(f"a board has no {name!r}; the {self.description.name} has {known}")
 
@@ -182,23 +176,23 @@ class Board:
         self.close()
 
     def close(self) -> None:
-        """End the firmware and close the files of the trace. The board cannot run again."""
+        """End the firmware and close the trace. The board cannot run again."""
         self._run.closed = True
         self._end_firmware()
         self.trace.close()
 
     @property
     def now_s(self) -> float:
-        """Seconds of virtual time since power-on."""
+        """Virtual time since power-on."""
         return self.clock.now_s
 
     @property
     def running(self) -> bool:
-        """Whether virtual time is passing: True in callbacks of a run."""
+        """Whether virtual time is passing, as in callbacks."""
         return self._run.running
 
     def run_for(self, seconds: float) -> None:
-        """Run for exactly this much virtual time. Raises FirmwareError if the firmware fails."""
+        """Run for this much virtual time. Raises FirmwareError."""
         if not isinstance(seconds, int | float) or not 0 <= seconds <= LONGEST_RUN_S:
             raise InputError(
                 f"cannot run for {seconds!r} s: the duration must be from 0 to {LONGEST_RUN_S}",
@@ -207,7 +201,7 @@ class Board:
         self.run_until_ps(self.clock.now_ps + to_ps(seconds))
 
     def run_until(self, seconds: float) -> None:
-        """Run until this virtual time since power-on; a past time has no effect. Raises FirmwareError."""
+        """Run until this virtual time; a past time has no effect. Raises FirmwareError."""
         if not isinstance(seconds, int | float) or not 0 <= seconds <= LONGEST_RUN_S:
             raise InputError(
                 f"end must be from 0 to {LONGEST_RUN_S} s since power-on, not {seconds!r}",
@@ -217,44 +211,41 @@ class Board:
             self.run_until_ps(to_ps(seconds))
 
     def run_until_ps(self, at_ps: int) -> None:
-        """Run until this time in picoseconds, for other modules."""
+        """Run until this time in picoseconds."""
         self._run.until_ps(at_ps)
 
     def led(self, name: str) -> Led:
-        """Return a LED by its name ("LED1"). Raises InputError naming the known ones."""
+        """Return a LED by its name ("LED1"). Raises InputError."""
         return _named(self.leds, name, "LED")
 
     def i2c(self, name: str | None = None) -> I2CMaster:
-        """Return the master of an I2C bus by its name ("I2C2"), or of the first one."""
+        """Return the named bus master ("I2C2"), or the first one."""
         return _named(self._i2c, name, "I2C bus")
 
     def spi(self, name: str | None = None) -> SpiMaster:
-        """Return the master of an SPI bus by its name, or of the first one."""
+        """Return the named bus master ("SPI2"), or the first one."""
         return _named(self._spi, name, "SPI bus")
 
     def recent_transfers(self) -> list[BusTransfer]:
-        """Return the chip's latest transfers on each bus; bursts of Python firmware are not kept."""
+        """Return each bus's latest transfers, without bursts of Python firmware."""
         latest = [one for bus in self.signals.i2c.values() for one in bus.recent_transfers()]
         latest += [one for bus in self.signals.spi.values() for one in bus.recent_transfers()]
         return sorted(latest, key=lambda transfer: transfer.t_ps)
 
     def snapshot(self) -> Snapshot:
-        """Return the state of the board for :meth:`restore`. Raises InputError with Python firmware.
-
-        Call it between runs.
-        """
+        """Return the state between runs. Raises InputError with Python firmware."""
         return Snapshot(self)
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot of this board, any number of times."""
+        """Restore a snapshot of this board."""
         snapshot.restore(self)
 
     def handles(self, peripheral: str) -> bool:
-        """Return whether the firmware is handling an interrupt of a peripheral ("TIM9")."""
+        """Return whether the firmware is handling a peripheral's interrupt ("TIM9")."""
         return self._run.backend.handles(peripheral)
 
     def motor_duties(self) -> tuple[float, ...]:
-        """Return the PWM duty of each motor, 0 to 1; Python firmware drives none."""
+        """Return each motor's PWM duty, 0 to 1."""
         if self.chip is None:
             return tuple(0.0 for _ in self.description.motors)
         timers = self.chip.chip.timers
@@ -262,21 +253,21 @@ class Board:
         return tuple(output.duty if output else 0.0 for output in outputs)
 
     def other_uarts(self) -> dict[str, bytes]:
-        """Return the first 64 KiB sent on each USART without a terminal, by name; {} with Python firmware."""
+        """Return the first 64 KiB from each USART without a terminal."""
         return {} if self.chip is None else self.chip.chip.usarts.unconnected_output()
 
     def supply_current_ua(self) -> dict[str, float]:
-        """Return the configured supply current of each sensor in microampere, by name."""
+        """Return each sensor's configured supply current."""
         return self.sensors.supply_current_ua()
 
     def variable(self, name: str) -> Any:
-        """Return a global variable of the firmware by its C name. Raises KeyError."""
+        """Return a C variable by name. Raises KeyError."""
         return self._run.backend.variable(name)
 
     def set_variable(self, name: str, value: Any) -> None:
-        """Set a global variable of compiled firmware to a number, a sequence, or a mapping of members.
+        """Set a C variable to a number, sequence or mapping of members.
 
-        Raises KeyError, or InputError for a value that does not fit the C type.
+        Raises KeyError, or InputError if the value does not fit.
         """
         self._built("set_variable").set_variable(name, value)
 
@@ -288,21 +279,21 @@ class Board:
         max_instructions: int = 10_000_000,
         timeout_s: float = 1.0,
     ) -> Any:
-        """Call a function of compiled firmware by its C name, and return its result.
+        """Call a C function of compiled firmware, and return its result.
 
-        Numbers are passed by value. A pointer takes an address, a string, bytes, a structure's members
-        (mapping, object or sequence), or a sequence of target values. Values that the function writes through
-        a pointer are copied back to lists, dictionaries, objects and byte arrays. After the call the state of
-        the chip is restored, unless ``keep`` is set.
+        Numbers are passed by value. A pointer takes an address, a string, bytes, a structure's
+        members (mapping, object or sequence), or a sequence of target values. Changes of the target
+        are copied back to lists, dictionaries, objects and byte arrays. The chip is then restored,
+        unless ``keep`` is set.
 
-        ``max_instructions`` limits functions that compute, ``timeout_s`` (virtual time) functions that wait.
-        Raises InputError if the function cannot be called (missing, inlined, ambiguous, other arguments), and
-        CallError if it fails or does not return.
+        ``max_instructions`` limits functions that compute, ``timeout_s`` (virtual time) functions
+        that wait. Raises InputError if the function cannot be called, and CallError if it fails or
+        does not return.
         """
         return self._calls("call").call(name, arguments, keep, max_instructions, timeout_s)
 
     def scratch(self) -> AbstractContextManager[Scratch]:
-        """Return a copy of the chip for a series of calls, without effect on the board."""
+        """Return a chip copy for calls without effect on the board."""
         return self._calls("scratch").scratch()
 
     def _calls(self, what: str) -> Caller:
@@ -361,7 +352,7 @@ class Board:
 
 
 class _NoFirmware:
-    """A processor held in reset: only time passes, and the sensors measure."""
+    """A processor that stays in reset."""
 
     def __init__(self, clock: Clock, timer: TickCounts) -> None:
         self._clock = clock
@@ -379,7 +370,7 @@ class _NoFirmware:
 
 
 class _RunState:
-    """The state of runs: only this object advances the time of a board, until the board is closed."""
+    """Advances a board's time until the board is closed."""
 
     def __init__(self, backend: Backend) -> None:
         self.backend = backend
@@ -424,7 +415,7 @@ def _given_as_profile(wiring: str) -> str:
 
 
 def _diagnosis_of(arm: ArmFirmware | None) -> Callable[[], str]:
-    """Return a function without a reference back to the board."""
+    """Return a function without a reference to the board."""
     return arm.diagnosis_text if arm is not None else lambda: ""
 
 

@@ -1,10 +1,10 @@
-"""Selection of a board's firmware and its wiring, and its execution.
+"""Selection of a board's firmware and wiring, and execution of the firmware.
 
-The symbols of the firmware select the wiring: CubeMX names the handle of a peripheral after it (``hspi2``,
-``hi2c2``), and a linker drops unused handles.
+CubeMX names the handle of a peripheral after it (``hspi2``, ``hi2c2``). The linked handles select
+the wiring.
 
-Decision: a firmware with handles of both buses, or without symbols, is tried on each wiring, the usual one
-first. It gets the first wiring on which a sensor answers.
+Decision: a firmware with handles of both buses, or without symbols, is tried on each wiring, the
+usual one first. It gets the first wiring on which a sensor answers.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _SETTINGS_IGNORED = "the scenario's [firmware_settings] are ignored: they are fo
 
 @dataclass(frozen=True)
 class Choice:
-    """The chosen firmware: ``factory`` (Python), ``image`` (ARM), or neither for a processor held in reset."""
+    """The chosen firmware: ``factory`` (Python), ``image`` (ARM), or none."""
 
     wiring: Wiring
     name: str = ""
@@ -56,8 +56,8 @@ def choose(
 ) -> Choice:
     """Return the firmware and its wiring. Raises InputError.
 
-    ``name``: name of the wiring, or None to select one. ``reaches_sensors`` tries a wiring and returns whether
-    a sensor answers. ``settings`` are for Python firmware only.
+    ``name``: the wiring's name, or None to select one. ``reaches_sensors`` returns whether a sensor
+    answers on a wiring. ``settings`` are for Python firmware.
     """
     wiring = board.wiring(name)
     if firmware is None:
@@ -75,7 +75,7 @@ def choose(
 
 
 def python_firmware(name: str, settings: Settings | None = None) -> FirmwareFactory:
-    """Return the Python firmware of that name. Raises InputError for an unknown name or setting."""
+    """Return a Python firmware by name. Raises InputError."""
     from fcu_emulator.firmware_model import FIRMWARES
     from fcu_emulator.firmware_model import Settings as FirmwareSettings
 
@@ -177,11 +177,11 @@ class Backend(Protocol):
         ...
 
     def variable(self, name: str) -> Any:
-        """Return a global variable of the firmware by its C name. Raises KeyError."""
+        """Return a C variable by name. Raises KeyError."""
         ...
 
     def handles(self, peripheral: str) -> bool:
-        """Return whether the firmware is handling an interrupt of a peripheral."""
+        """Return whether the firmware is handling a peripheral's interrupt."""
         ...
 
 

@@ -1,7 +1,7 @@
-"""A board's sensors: built from the world, with the selected errors, and attached to their bus.
+"""A board's sensors, and their connection to their bus.
 
-A sensor with a connected pin is evaluated at each time at which its pins may change. Other sensors are evaluated only
-when they are read.
+A sensor with a connected pin is evaluated whenever its pins may change, and other sensors only when
+they are read.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ from fcu_emulator.sensors.register_file import NoteCallback, WriteLog
 class SensorSet:
     """The sensors of one board, by name: ``sensors["LSM6DSL"]``, or ``sensors.lsm6dsl``.
 
-    ``powered_on_ps``: time of power-on; None if the sensors have been powered for a long time. Raises InputError for
-    settings of absent sensors.
+    ``powered_on_ps``: time of power-on; None: long ago. Raises InputError for settings of absent
+    sensors.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class SensorSet:
         raise AttributeError(f"unknown sensor {name!r} on this board; known: {known}")
 
     def attach(self, i2c: Mapping[str, I2CBus], spi: Mapping[str, SpiBus], wiring: Wiring) -> None:
-        """Connect the sensors to their addresses and chip selects."""
+        """Connect sensors to addresses and chip selects."""
         clock = self._clock
         for part in self.parts:
             place = wiring.places.get(part.NAME)
@@ -80,7 +80,7 @@ class SensorSet:
                 spi[wiring.bus].attach(place, part)
 
     def observe(self, trace: Trace) -> None:
-        """Report register accesses, and the edges of wired pins, to the trace."""
+        """Report register accesses and pin edges to the trace."""
         for part in self.parts:
             PinWatch(part, self._clock, trace)
             part.observe(_note(trace, part.NAME), _write_log(trace, part.NAME))
@@ -151,7 +151,7 @@ def _replace(errors: PartErrors, numbers: Numbers) -> PartErrors:
 
 
 class PinWatch:
-    """Delivery of the edges of one sensor's pins at their times, to the connected pins and to the trace."""
+    """Delivers a sensor's pin edges, at their times, to pins and trace."""
 
     def __init__(self, part: Sensor, clock: Clock, trace: Trace) -> None:
         self._part = part

@@ -1,17 +1,17 @@
-"""Snapshots of a board's whole state, which can be restored thousands of times per second.
+"""Snapshots of a board's whole state.
 
-Decision: a snapshot walks the board's objects and records their contents, so that it cannot miss a new
-attribute. Rules of the walk:
+Decision: a snapshot walks the board's objects and records their contents, so that it cannot miss a
+new attribute. Rules of the walk:
 
-* objects of this package, of ``sensors``, and of subclasses: their attributes;
-* lists, dictionaries, sets, deques and byte arrays: their contents, restored in place because they are
+* objects of this package, of ``sensors``, and of subclasses: attributes;
+* lists, dictionaries, sets, deques and byte arrays: contents, restored in place because they are
   shared;
-* functions of these packages: their closures, whose variables must never be rebound;
-* objects with ``snapshot()`` and ``restore(state)``: also their state outside Python. The trace is not walked;
-* numpy arrays: only the reference, because their contents are never changed in place;
-* all other objects: only the reference.
+* functions of these packages: closures, whose variables must never be rebound;
+* objects with ``snapshot()`` and ``restore(state)``: also their state outside Python. The trace is
+  not walked;
+* numpy arrays, whose contents never change in place, and all other objects: the reference.
 
-The stack of firmware in Python cannot be copied, so a board with Python firmware has no snapshots.
+A board with Python firmware has no snapshots, because its stack cannot be copied.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class Snapshotted(Protocol):
     """An object with state outside Python."""
 
     def snapshot(self) -> Any:
-        """Return the state outside Python. Raises InputError if it is not available."""
+        """Return the state outside Python. Raises InputError."""
         ...
 
     def restore(self, state: Any) -> None: ...

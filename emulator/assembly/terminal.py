@@ -1,4 +1,4 @@
-"""The terminal at the other end of the serial line: its Python interface, in virtual time."""
+"""The Python interface of the serial terminal, in virtual time."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def _bytes_of(data: bytes, characters: int) -> int:
 
 
 class Terminal:
-    """The board's output and a keyboard. Output is decoded as UTF-8, and invalid bytes as Latin-1."""
+    """The board's output, decoded as UTF-8 or Latin-1, and a keyboard."""
 
     def __init__(self, uart: Uart, clock: Clock, run_until_ps: Callable[[int], None]) -> None:
         self.uart = uart
@@ -40,7 +40,7 @@ class Terminal:
 
     @property
     def text(self) -> str:
-        """All text since power-on; in very long runs at least the last 8 MiB."""
+        """All text since power-on, or at least the last 8 MiB."""
         return decoded(self.uart.received())
 
     def read(self) -> bytes:
@@ -49,13 +49,13 @@ class Terminal:
         return data
 
     def since(self, position: int) -> tuple[bytes, int]:
-        """Return the bytes printed after ``position`` (counted from power-on), and the position after them."""
+        """Return the bytes after ``position``, and the position after them."""
         received = self.uart.received()
         start = max(position - self.uart.dropped, 0)
         return bytes(received[start:]), self.uart.dropped + len(received)
 
     def write(self, data: bytes | str) -> None:
-        """Type on the keyboard; the bytes arrive at the line's speed. Raises InputError if not Latin-1."""
+        """Type text or bytes. Raises InputError if not Latin-1."""
         try:
             self.uart.type(data.encode("latin-1") if isinstance(data, str) else bytes(data))
         except UnicodeEncodeError as error:
@@ -66,22 +66,22 @@ class Terminal:
 
     @property
     def typing_left(self) -> int:
-        """Number of typed bytes that have not arrived yet."""
+        """Typed bytes that have not arrived."""
         return self.uart.typing_left
 
     @property
     def position(self) -> int:
-        """Number of bytes printed since power-on, for ``since``."""
+        """Number of bytes printed since power-on."""
         return self.uart.received_count()
 
     def expect(
         self, pattern: str | re.Pattern[str], timeout_s: float = 10.0, *, since: int | None = None
     ) -> re.Match[str]:
-        """Run the board until ``pattern`` (a regular expression) is printed, and return the match.
+        """Run until ``pattern`` (a regular expression) is printed, and return the match.
 
-        The search starts at the byte position ``since`` (0: power-on). By default it starts at the end of the
-        output so far. If no time has passed since the previous match, it starts at the end of that match. Raises
-        ExpectationError, with the last lines and the diagnosis, after ``timeout_s`` of virtual time.
+        The search starts at byte position ``since`` (0: power-on), by default at the end of the
+        output. If no time has passed since the previous match, it starts at the end of that match.
+        Raises ExpectationError after ``timeout_s`` of virtual time.
         """
         try:
             compiled = re.compile(pattern)

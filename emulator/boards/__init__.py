@@ -1,1 +1,1 @@
-"""Boards as data: their components, and the firmware supplied for them. They have no behaviour."""
+"""Boards as data without behaviour: their components and supplied firmware."""

@@ -1,6 +1,7 @@
-"""A board as data: pins, sensors and their mounting, wirings, and the errors of a real board.
+"""A board as data: pins, sensors, wirings and errors.
 
-Decision: a board is a Python literal, checked by mypy and at construction, because only developers write one.
+Decision: a board is a Python literal, checked by mypy and at construction, because only developers
+write one.
 """
 
 from __future__ import annotations
@@ -41,9 +42,10 @@ CRYSTAL_RANGE_HZ = range(4_000_000, 26_000_001)  # STM32F401xB/C datasheet, HSE
 
 @dataclass(frozen=True)
 class MountedSensor:
-    """A sensor on the board, which measures matrix @ vector for a vector in the board's axes.
+    """A sensor that measures matrix @ vector for a vector in the board's axes.
 
-    ``mountings``: the matrices by name, the usual one first. ``mounting_key``: the scenario key that selects one.
+    ``mountings``: matrices by name, the usual one first. ``mounting_key``: the scenario key that
+    selects one.
     """
 
     part: type[Sensor]
@@ -64,7 +66,7 @@ class MountedSensor:
 
 @dataclass(frozen=True)
 class I2cPins:
-    """The pins of one of the chip's I2C peripherals."""
+    """Pins of one of the chip's I2C peripherals."""
 
     scl: PinFunction
     sda: PinFunction
@@ -93,7 +95,7 @@ class CallbackTimer:
 
 @dataclass(frozen=True)
 class AbsentPart:
-    """A real part without a model; selecting it adds a note to the trace. ``held``: levels of its outputs."""
+    """A part without a model; the trace notes its selection. ``held``: its output levels."""
 
     name: str
     spi: str
@@ -109,8 +111,8 @@ class AbsentPart:
 class Wiring:
     """One way to connect all sensors to ``bus``.
 
-    ``places``: 7-bit address or chip select ("PA8") of each sensor. ``symbols``: names that only firmware for this
-    wiring has.
+    ``places``: each sensor's 7-bit address or chip select ("PA8"). ``symbols``: names that only
+    firmware for this wiring has.
     """
 
     name: str
@@ -132,9 +134,9 @@ class Wiring:
 class BoardDescription:
     """One kind of board.
 
-    ``leds``: pins of the LEDs, which are lit while the pin is low. ``motors``: timer and channel of each PWM.
-    ``wirings``: the usual wiring first. ``built_firmware``: programs in :mod:`fcu_emulator.firmware_model.arm`
-    with descriptions.
+    ``leds``: pins of the LEDs, low while lit. ``motors``: timer and channel of each PWM.
+    ``wirings``: the usual one first. ``built_firmware``: programs in
+    :mod:`fcu_emulator.firmware_model.arm`.
     """
 
     name: str
@@ -169,7 +171,7 @@ class BoardDescription:
         yield from self.spi
 
     def wiring(self, name: str | None = None) -> Wiring:
-        """Return a wiring by name, or the usual one. Raises InputError naming the known ones."""
+        """Return a wiring by name, or the usual one. Raises InputError."""
         if name is None:
             return self.wirings[0]
         for wiring in self.wirings:
@@ -183,7 +185,7 @@ class BoardDescription:
 
     @cached_property
     def firmware(self) -> dict[str, str]:
-        """Description of each supplied firmware by its name."""
+        """Descriptions of supplied firmware by name."""
         built = {name: text for name, (_, text) in self.built_firmware.items()}
         return {**self.python_firmware, **built}
 
@@ -203,7 +205,7 @@ class BoardDescription:
 class SensorSettings:
     """Deviation of the sensors from ideal ones.
 
-    ``figures`` replaces single numbers of the ``quality``: ``{"lps22hb": {"pressure_bias_hpa": 0.5}}``.
+    ``figures`` replaces numbers of ``quality``, as in ``{"lps22hb": {"pressure_bias_hpa": 0.5}}``.
     """
 
     quality: Quality = "typical"
@@ -221,12 +223,12 @@ _CALIBRATIONS = "published calibrations of other boards"
 class BoardErrors(PartErrors):
     """The errors of one board in the board's axes; the default is an ideal board.
 
-    Steel adds a constant field (hard iron) and distorts the Earth's field (soft iron); both are drawn from the
-    seed. Sources: published calibrations of eight other boards, such as Adafruit_AHRS,
-    examples/ahrs_fusion_usb, and an ArduPilot autopilot (diydrones.com, "compass calibration always above
-    150"). Half of their offsets exceed 115 mgauss. Their soft iron is 6 % along an axis and 2.4 % between two
-    axes. The figures here are smaller, because the sensor's own errors are drawn separately. The quartz is exact
-    unless ``hse_ppm`` is set, because its 30 ppm are not visible in a lab.
+    Steel adds a constant field (hard iron) and distorts the Earth's field (soft iron); the seed
+    selects both. Sources: published calibrations of eight other boards, such as Adafruit_AHRS,
+    examples/ahrs_fusion_usb, and an ArduPilot autopilot (diydrones.com, "compass calibration always
+    above 150"). Half of their offsets exceed 115 mgauss. Their soft iron is 6 % along an axis and
+    2.4 % between axes. The figures here are smaller, because the sensor's errors are drawn
+    separately. The quartz is exact unless ``hse_ppm`` is set.
     """
 
     PART: ClassVar[str] = "board"
@@ -258,7 +260,7 @@ class BoardErrors(PartErrors):
     )
 
     def soft_iron(self) -> Matrix:
-        """Matrix (3, 3) that is applied to the outer field. It is symmetric, as for steel without hysteresis."""
+        """Symmetric matrix (3, 3) applied to the outer field."""
         matrix = np.eye(3) + np.diag(self.soft_iron_percent) / 100.0
         for (row, column), percent in zip(
             ((0, 1), (0, 2), (1, 2)), self.soft_iron_across_percent, strict=True
@@ -272,7 +274,7 @@ class BoardErrors(PartErrors):
 
 @dataclass(frozen=True)
 class BoardSignals:
-    """Signals connected to the chip's pins according to ``board``. ``number`` determines the chip's unique id."""
+    """Signals at the chip's pins. ``number`` determines the chip's unique id."""
 
     board: BoardDescription
     wiring: Wiring
@@ -292,7 +294,7 @@ class BoardSignals:
 
 
 def __getattr__(name: str) -> type[MountedSensor]:
-    """Return :class:`MountedSensor` for its name in the previous release."""
+    """Return :class:`MountedSensor` for its old name."""
     if name != "MountedPart":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     warn_renamed(name, "MountedSensor")

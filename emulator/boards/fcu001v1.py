@@ -1,7 +1,8 @@
-"""The STEVAL-FCU001V1: an STM32F401CC with LSM6DSL, LIS2MDL and LPS22HB, according to its schematic.
+"""The STEVAL-FCU001V1: an STM32F401CC with LSM6DSL, LIS2MDL and LPS22HB, according to its
+schematic.
 
-Raw values are MOUNTING @ board, because the lab's ``ReadSensorRawData`` has out.X = -raw.Y, out.Y = raw.X,
-out.Z = raw.Z. The real sensors are on SPI2. The lab's slides show them on I2C2, which is the wiring ``lab3``.
+Raw values are MOUNTING @ board, because the lab's ``ReadSensorRawData`` has out.X = -raw.Y, out.Y =
+raw.X, out.Z = raw.Z. The real sensors are on SPI2; the lab's slides show I2C2 (wiring ``lab3``).
 """
 
 from __future__ import annotations

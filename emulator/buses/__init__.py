@@ -1,1 +1,1 @@
-"""Carriers of bytes and levels on the board: I2C, SPI, USART and GPIO."""
+"""Carriers of bytes and levels: I2C, SPI, USART and GPIO."""

@@ -1,11 +1,11 @@
 """The board's pins (RM0368 section 8).
 
-If several outputs drive a pin and one of them is low, the pin is low. Without outputs, the pull resistor sets the
-level. A floating input reads 0; on the real board it reads noise. The trace shows edges of the chip's output stage, and
-a released pin as 1.
+A pin is low if any output drives it low. Without outputs, the pull resistor sets the level. A
+floating input reads 0, but noise on the real board. The trace shows edges of the chip's outputs,
+and a released pin as 1.
 
-Decision: two conflicting outputs on a pin are not an error but give 0, because no exercise can short outputs on this
-board.
+Decision: two conflicting outputs on a pin are not an error but give 0, because no exercise can
+short outputs on this board.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ _PORTS = "ABCDEH"  # the STM32F401 has no port F and G (RM0368 section 2.3)
 
 
 class ChipPins(Protocol):
-    """The chip's side of the pins. It reports edges by :meth:`Gpio.show_edge`."""
+    """The chip's pins, which report edges by :meth:`Gpio.show_edge`."""
 
     def side(self, port: str, pin: int) -> tuple[int | None, int | None, int | None]:
-        """Return output level, pull level and alternate function, each None if absent."""
+        """Return output level, pull level and alternate function."""
         ...
 
     def drive(self, port: str, pin: int, level: int | None) -> None:
-        """Set the combined level of all drivers outside of the chip; None releases the pin."""
+        """Set the level of all outside drivers; None releases the pin."""
         ...
 
     def watch(self, port: str, pin: int) -> None:
@@ -41,7 +41,7 @@ class ChipPins(Protocol):
 
 
 class _Pin:
-    """The state of one pin, in plain attributes for speed."""
+    """The state of one pin."""
 
     __slots__ = ("alternate", "frequent", "listeners", "name", "output", "outside", "pull", "reads", "shown")
 
@@ -112,7 +112,7 @@ class Gpio:
     # -- the chip's side --------------------------------------------------------------------------------
 
     def init_output(self, port: str, pin: int) -> None:
-        """Make a pin a push-pull output, which is 0 unless it was an output before."""
+        """Make a pin a push-pull output, 0 unless it was an output before."""
         self.write(port, pin, self._pins[port, pin].output or 0)
 
     def write(self, port: str, pin: int, level: int, *, open_drain: bool = False) -> None:
@@ -140,7 +140,7 @@ class Gpio:
     # -- common to both sides ---------------------------------------------------------------------------
 
     def level(self, port: str, pin: int) -> int | None:
-        """Return the level; None while the pin floats."""
+        """Return the level; None while floating."""
         return self._pin(port, pin).level()
 
     def pins(self) -> Iterable[tuple[str, int]]:
@@ -151,7 +151,7 @@ class Gpio:
         return self._pin(port, pin).output
 
     def driven(self, port: str, pin: int) -> int | None:
-        """Return the level without pull resistors, because their current cannot light a LED."""
+        """Return the level without pull resistors, which cannot light a LED."""
         return self._pin(port, pin).driven()
 
     def reads(self, port: str, pin: int) -> int:
@@ -180,7 +180,7 @@ class Gpio:
             self._chip.watch(port, pin)
 
     def frequent(self, port: str, pin: int) -> None:
-        """Record the edges of this pin only in a detailed trace, because they are frequent."""
+        """Record the pin's edges only in a detailed trace."""
         self._pins[port, pin].frequent = True
         if self._chip is not None:
             self._chip.frequent(port, pin)
@@ -198,7 +198,7 @@ class Gpio:
 
 
 class Led:
-    """A LED on an output pin, lit while the pin is low."""
+    """A LED, lit while its pin is low."""
 
     def __init__(self, name: str, gpio: Gpio, port: str, pin: int) -> None:
         self.name = name
@@ -208,5 +208,5 @@ class Led:
 
     @property
     def on(self) -> bool:
-        """Whether the LED is lit; it is dark on an unconfigured pin and with only a pull-down."""
+        """Whether the LED is lit; a pull-down cannot light it."""
         return self._gpio.driven(*self._where) == 0

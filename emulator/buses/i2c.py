@@ -1,7 +1,7 @@
-"""I2C bus: whole transfers, their duration on the wire, and injected faults.
+"""I2C bus with whole transfers and injected faults.
 
-A byte takes nine clock periods; start, repeated start and stop take one period each (NXP UM10204 3.1). A burst returns
-the sensor's state at the start of the burst.
+A byte takes nine clock periods; start, repeated start and stop take one each (NXP UM10204 3.1). A
+burst returns the sensor's state at its start.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ SCANNED_ADDRESSES = 8
 
 
 def is_scan(counts: Iterable[int]) -> bool:
-    """Return whether the numbers of failed transfers, one for each address, come from a search of the bus.
+    """Return whether the numbers of failed transfers, one per address, come from a bus scan.
 
-    A search tries many addresses equally often. If one address fails more often, the firmware also uses it.
+    A scan tries many addresses equally often.
     """
     most = sorted(counts, reverse=True)
     return len(most) >= SCANNED_ADDRESSES and most[0] <= 2 * most[SCANNED_ADDRESSES - 1]
@@ -72,7 +72,7 @@ class I2CTarget(Protocol):
     def name(self) -> str: ...
 
     def register_name(self, address: int) -> str:
-        """Return the name of the byte at a sub-address for the trace."""
+        """Return the name of a sub-address for the trace."""
         ...
 
 
@@ -81,10 +81,10 @@ class I2CFault:
     """A rule that breaks transfers from ``from_s`` until ``until_s``, in seconds since power-on.
 
     ``absent``: no device answers at ``address``;
-    ``nack``: byte ``byte_index`` of a write is not acknowledged (0 is the address itself);
+    ``nack``: byte ``byte_index`` of a write is not acknowledged (0: the address);
     ``stuck``: a line is held low;
     ``bus_error``: a start or stop is misplaced;
-    ``arbitration``: another master wins while the address is sent.
+    ``arbitration``: another master wins during the address.
 
     ``address`` None means every address.
     """
@@ -122,7 +122,7 @@ class I2CFault:
 
 
 class _CachedRead:
-    """A repeatable read from a sensor, valid for one version of its state."""
+    """A repeatable read, valid for one version of the sensor's state."""
 
     __slots__ = (
         "data",
@@ -150,7 +150,7 @@ class _CachedRead:
 
 
 class I2CBus:
-    """One bus. ``end_ps`` is the end of the latest transfer; the master must wait until then."""
+    """One bus, whose master must wait until the latest transfer's ``end_ps``."""
 
     def __init__(self, name: str, clock: Clock, trace: Trace, speed_hz: int = FAST_MODE_HZ) -> None:
         self.name = name
@@ -173,7 +173,7 @@ class I2CBus:
         self.set_speed(speed_hz)
 
     def set_speed(self, speed_hz: int) -> None:
-        """Set another clock rate, from the next transfer on."""
+        """Set the clock rate of later transfers."""
         self.speed_hz = speed_hz
         self._kept.clear()  # cached reads contain durations that depend on the clock rate
 
@@ -193,7 +193,7 @@ class I2CBus:
             changed()
 
     def inject(self, fault: I2CFault) -> None:
-        """Add a fault, whose rule breaks transfers from now on."""
+        """Add a fault for transfers from now on."""
         self._faults.append(fault)
         self.has_faults = True
         self._kept.clear()
@@ -208,7 +208,7 @@ class I2CBus:
         self._trace.add(Fault(fault.from_ps, self.name, f"{fault.kind}{where} {until}"))
 
     def duration_ps(self, bits: int) -> int:
-        """Return the time of ``bits`` clock periods on the wire."""
+        """Return the duration of ``bits`` clock periods."""
         return bits * PS_PER_S // self.speed_hz
 
     @property
@@ -219,16 +219,13 @@ class I2CBus:
         return self._targets.get(address)
 
     def faults(self, at_ps: int) -> list[I2CFault]:
-        """Return the rules active at ``at_ps``, for all addresses."""
+        """Return the faults active at ``at_ps``."""
         return [fault for fault in self._faults if fault.from_ps <= at_ps < fault.until_ps]
 
     # -- transfers --------------------------------------------------------------------------------------
 
     def read_from(self, address: int, subaddress: int, count: int) -> bytes:
-        """Write a sub-address, then read bytes after a repeated start. Unchanged bytes come from a cache.
-
-        Raises I2CError.
-        """
+        """Write a sub-address, then read bytes after a repeated start. Raises I2CError."""
         kept = self._kept.get((address, subaddress, count)) or self._keep(address, subaddress, count)
         if kept is None:
             return self.transfer(address, bytes((subaddress,)), count)
@@ -270,7 +267,7 @@ class I2CBus:
         return kept
 
     def transfer(self, address: int, data: bytes, count: int = 0) -> bytes:
-        """Write ``data``, then read ``count`` bytes; either may be empty. Raises I2CError."""
+        """Write ``data``, then read ``count`` bytes. Raises I2CError."""
         start_ps = self._clock.now_ps
         try:
             received = self._run(address, data, count)
@@ -306,7 +303,7 @@ class I2CBus:
         return received
 
     def _fault(self, address: int, *, reading: bool) -> int | None:
-        """Raise an error if a fault breaks the transfer; else return the index of the byte to refuse."""
+        """Raise a fault's error, or return the index of the byte to refuse."""
         now_ps = self._clock.now_ps
         nack_at: int | None = None
         for fault in self._faults:
@@ -365,9 +362,9 @@ class I2CBus:
 
 
 class I2CMaster:
-    """A bus master in Python. The firmware runs while a transfer takes its time on the wire.
+    """A bus master in Python. Firmware runs during its transfers.
 
-    Addresses have 7 bits. Raises I2CNackError, I2CBusError, I2CStuckError, and InputError for invalid arguments.
+    Addresses have 7 bits. Raises I2CError or InputError.
     """
 
     def __init__(self, bus: I2CBus, run_until_ps: Callable[[int], None]) -> None:
@@ -388,11 +385,11 @@ class I2CMaster:
         return self._transfer(address, b"", checked_count(n, 1))
 
     def write_read(self, address: int, data: bytes, n: int) -> bytes:
-        """Send start, address, ``data``, repeated start and address, read ``n`` bytes, send stop."""
+        """Send start, address, ``data``, repeated start, address; read ``n`` bytes; send stop."""
         return self._transfer(address, checked_data(data), checked_count(n, 1))
 
     def inject(self, fault: I2CFault) -> None:
-        """Add a fault, whose rule breaks transfers, including those of firmware."""
+        """Add a fault, which also affects firmware's transfers."""
         self.bus.inject(fault)
 
     def _transfer(self, address: int, data: bytes, count: int) -> bytes:
@@ -408,7 +405,7 @@ class I2CMaster:
 
 
 def checked_data(data: object) -> bytes:
-    """Return the bytes to send; refuse an int, because ``bytes(n)`` gives n zeros."""
+    """Return bytes to send. Raises InputError."""
     if isinstance(data, bytes | bytearray | memoryview):
         return bytes(data)
     if isinstance(data, list | tuple) and all(isinstance(byte, int) and 0 <= byte <= 0xFF for byte in data):

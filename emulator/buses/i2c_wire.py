@@ -1,4 +1,4 @@
-"""An I2C bus one byte at a time, for a master that makes a call at the end of each byte."""
+"""An I2C bus whose master makes a call after each byte."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ class I2CWire:
         return self.bus.has_faults and self.released_ps() > self.bus.now_ps
 
     def released_ps(self) -> int:
-        """Return the time at which faults release the lines that they hold low."""
+        """Return when faults release the lines."""
         now_ps = self.bus.now_ps
         faults = self.bus.faults(now_ps)
         return max((fault.until_ps for fault in faults if fault.kind == "stuck"), default=now_ps)
 
     def start(self, address: int, *, read: bool, start_ps: int) -> Answer:
-        """Send a start at ``start_ps`` and the address byte, whose end is the present time."""
+        """Send a start at ``start_ps`` and the address byte, which ends now."""
         if self._open and self._address == address and read and not self._reading and self._error is None:
             self._reading = True
         else:
@@ -67,7 +67,7 @@ class I2CWire:
         return value
 
     def resume(self, address: int, start_ps: int, written: bytes, received: bytes, *, reading: bool) -> None:
-        """Continue a message that C code began. The device has already handled the bytes ``received``."""
+        """Continue a message that C began. The device has already handled ``received``."""
         self._open, self._start_ps, self._address, self._reading = True, start_ps, address, reading
         self._written, self._received, self._error = bytearray(written), bytearray(received), None
         self._target = target = self.bus.target(address)

@@ -1,6 +1,6 @@
-"""SPI with one chip select per sensor; three or four wires, eight clock periods per byte.
+"""SPI with a chip select per sensor, and three or four wires.
 
-By default the clock is 42 MHz / 16 in mode 3, as in ST's firmware.
+The default is mode 3 at 42 MHz / 16, as in ST's firmware.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class SpiBus:
         self._targets: dict[str, tuple[Sensor, SpiTarget]] = {}
 
     def attach(self, chip_select: str, part: Sensor) -> None:
-        """Connect a sensor to a chip select such as ``"PA8"``."""
+        """Connect a sensor to a chip select (``"PA8"``)."""
         self._targets[chip_select] = part, SpiTarget(part, lambda: self._clock.now_ps)
 
     @property
@@ -54,11 +54,11 @@ class SpiBus:
         return tuple(self._targets)
 
     def target(self, chip_select: str) -> SpiTarget:
-        """Return the SPI interface of the sensor at a chip select."""
+        """Return the sensor's interface at a chip select."""
         return self._targets[chip_select][1]
 
     def transfer(self, chip_select: str, data: bytes, count: int = 0) -> bytes:
-        """Select the device, write ``data``, read ``count`` bytes, and deselect the device."""
+        """Select the device, write ``data``, read ``count`` bytes, and deselect it."""
         target = self.target(chip_select)
         start_ps = self._clock.now_ps
         target.select()
@@ -99,11 +99,11 @@ class SpiMaster:
 
     @property
     def speed_hz(self) -> int:
-        """Clock rate; 0 while the chip's SPI peripheral is not enabled."""
+        """Clock rate; 0 while the SPI peripheral is disabled."""
         return self.bus.speed_hz if self.bus.is_enabled else 0
 
     def configure(self, mode: Mode, wires: Wires) -> None:
-        """Set the mode (0 to 3) and the number of wires (3 or 4)."""
+        """Set mode 0 to 3, and 3 or 4 wires."""
         if mode not in (0, 1, 2, 3) or wires not in (3, 4):
             raise InputError(
                 f"SPI must have mode 0 to 3 and 3 or 4 wires, not mode {mode} with {wires} wires"
@@ -111,11 +111,13 @@ class SpiMaster:
         self.bus.mode, self.bus.wires = mode, wires
 
     def write(self, chip_select: str, data: bytes) -> None:
-        """Select the device, send ``data``, and deselect the device."""
+        """Select the device, send ``data``, and deselect it."""
         self.write_read(chip_select, data, 0)
 
     def write_read(self, chip_select: str, data: bytes, n: int) -> bytes:
-        """Select the device, send ``data``, read ``n`` bytes, deselect it. 0x80 in the first byte is the read flag."""
+        """Select the device, send ``data``, read ``n`` bytes, and deselect it. 0x80 is the read
+        flag.
+        """
         if chip_select not in self.bus.chip_selects:
             known = ", ".join(self.bus.chip_selects) or "none with this wiring"
             raise InputError(

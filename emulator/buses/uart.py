@@ -1,10 +1,9 @@
 """A USART's serial line (RM0368 section 19).
 
-Firmware may write a byte when the previous byte is in the shift register (TXE). A received byte is lost if firmware has
-not read the previous byte (ORE).
+A received byte is lost if the previous one is unread (ORE).
 
-Decision: the terminal follows the chip's bit rate, so text sent at a wrong rate stays readable here. A real terminal at
-115200 baud shows garbage. The trace records the wrong rate.
+Decision: the terminal follows the chip's bit rate, so text sent at a wrong rate stays readable
+here. A real terminal shows garbage, and the trace records the wrong rate.
 """
 
 from __future__ import annotations
@@ -41,12 +40,12 @@ codecs.register_error(NOT_UTF_8, _as_latin_1)
 
 
 def decoded(data: bytes | bytearray) -> str:
-    """Return output as text: UTF-8, or Latin-1 for bytes that are not valid UTF-8."""
+    """Return text decoded as UTF-8, with invalid bytes as Latin-1."""
     return data.decode("utf-8", NOT_UTF_8)
 
 
 class _ByteRun:
-    """Frames on the wire without a gap. Their times are computed from the time of the first frame."""
+    """Frames without gaps, timed from the first frame."""
 
     __slots__ = ("connected", "done", "frame_ps", "start_ps", "waiting")
 
@@ -73,7 +72,7 @@ class _ByteRun:
 
 
 class ArrivalTimes:
-    """The times at which output bytes arrived. ``number`` counts the bytes since power-on, from 0."""
+    """Arrival times of output bytes; ``number`` counts from 0 at power-on."""
 
     def __init__(self) -> None:
         self._runs: list[tuple[int, int, Fraction]] = []  # first byte, start and frame of each run
@@ -83,7 +82,7 @@ class ArrivalTimes:
             self._runs.append((first, run.start_ps, run.frame_ps))
 
     def ps(self, number: int) -> int:
-        """Return the time at which a byte had arrived; 0 if it had arrived when the recording began."""
+        """Return a byte's arrival time; 0 before the recording."""
         index = bisect_right(self._runs, number, key=lambda run: run[0]) - 1
         if index < 0:
             return 0
@@ -96,14 +95,14 @@ class ArrivalTimes:
 
 
 class Transceiver(Protocol):
-    """Interface of a chip's USART, which calls ``open_run`` and ``carry`` of :class:`Uart`."""
+    """A chip's USART, which calls ``open_run`` and ``carry`` of :class:`Uart`."""
 
     def flush(self) -> None:
-        """Put the bytes on the line that are not on the line yet."""
+        """Put all pending bytes on the line."""
         ...
 
     def frame_ps(self) -> Fraction | None:
-        """Return the duration of a frame; None without a bit clock."""
+        """Return a frame's duration; None without a bit clock."""
         ...
 
     def frame_bits(self) -> Fraction: ...
@@ -113,7 +112,7 @@ class Transceiver(Protocol):
         ...
 
     def line_idle(self) -> None:
-        """Handle an idle line: no byte has arrived for the duration of a frame."""
+        """Handle a line without bytes for one frame."""
         ...
 
 
@@ -127,13 +126,13 @@ class _Typed:
     arrived: int = 0  # number of bytes before ``data``
 
     def arrives_ps(self, number: int) -> int:
-        """Return the time at which byte ``number``, counted from 1, has been received."""
+        """Return the arrival time of byte ``number``, counted from 1."""
         count = self.arrived + number
         return self.start_ps + count * self.frame_ps.numerator // self.frame_ps.denominator
 
 
 class Uart:
-    """One USART with a terminal, at the divider's rate: 84 MHz / 729 is 115226 baud, 0.02 % too fast."""
+    """One USART with a terminal, at the divider's exact rate."""
 
     def __init__(self, name: str, clock: Clock, trace: Trace, kernel_clock_hz: int, baud: int = BAUD) -> None:
         self.name = name
@@ -155,13 +154,13 @@ class Uart:
         self._transceiver: Transceiver | None = None
 
     def frames_ps(self, count: int) -> int:
-        """Return the duration of ``count`` frames, at the terminal's rate if the chip has no bit clock."""
+        """Return the duration of ``count`` frames, also without a bit clock."""
         frame_ps = self._present_frame_ps()
         return count * frame_ps.numerator // frame_ps.denominator
 
     @property
     def bit_rate(self) -> float:
-        """Bits per second, which is the terminal's rate if the chip has no bit clock."""
+        """Bits per second; the terminal's rate without a bit clock."""
         chip = self._transceiver
         frame_ps = chip.frame_ps() if chip is not None else None
         if chip is None or frame_ps is None:
@@ -175,9 +174,9 @@ class Uart:
     # -- sending ----------------------------------------------------------------------------------------
 
     def send(self, data: bytes, until_ps: int) -> int:
-        """Write bytes, each when the data register is empty, until ``until_ps``.
+        """Write bytes until ``until_ps``, each to the empty data register.
 
-        Return the number of written bytes, at least one.
+        Return their number, at least one.
         """
         run = self._open_run()
         start_ps = self.idle_ps if run.count() else run.start_ps
@@ -210,7 +209,7 @@ class Uart:
         return self._text
 
     def arrival_times(self) -> ArrivalTimes:
-        """Return the times of bytes from now on. The caller must forget old times."""
+        """Record arrival times. The caller must forget old times."""
         self.received()
         self._times.append(ArrivalTimes())
         return self._times[-1]
@@ -253,7 +252,7 @@ class Uart:
             self._trace.add_detail(TerminalBytes(run.time_ps(first), "tx", data))
 
     def replace_last(self, value: int) -> None:
-        """Replace the latest byte, because firmware has overwritten it in the data register."""
+        """Replace the latest byte, overwritten in the data register."""
         self._run.waiting[-1] = value
 
     # -- receiving --------------------------------------------------------------------------------------
@@ -286,7 +285,7 @@ class Uart:
         return self._rx_data is not None
 
     def read_data(self) -> int | None:
-        """Read the data register; return None if RXNE is not set."""
+        """Read the data register; None if RXNE is not set."""
         value, self._rx_data = self._rx_data, None
         return value
 

@@ -3,18 +3,18 @@
 ::
 
     board = Board(firmware="build/lab3.elf")
-    board.run_for(0.1)                                     # start-up code has run
-    board.call("getAltitude", 1013.25, 20.0)               # 0.0
-    with board.scratch() as copy:                          # changes here do not reach the board
+    board.run_for(0.1)
+    board.call("getAltitude", 1013.25, 20.0)
+    with board.scratch() as copy:
         copy.set_variable("acc", {"AXIS_X": 0, "AXIS_Y": 0, "AXIS_Z": 1000})
         copy.call("eCompass")
         copy.variable("pitch")
 
-Arguments and results follow the procedure call standard (AAPCS, IHI 0042).
+Arguments and results follow the AAPCS (IHI 0042).
 
-Decision: a copy of the core and its memories executes a function that Python calls, so that the board's registers, RAM
-and peripherals do not change. A function that needs peripherals or time runs on the chip instead, and the board is
-restored; a snapshot around every call is five times as slow.
+Decision: a copy of the core and its memories executes a function that Python calls, so that the
+board's registers, RAM and peripherals do not change. A function that needs peripherals or time runs
+on the chip, which is then restored. A snapshot around every call is five times as slow.
 """
 
 from __future__ import annotations
@@ -65,11 +65,11 @@ _WITH_ADDRESS: Final = (Stop.UNALIGNED, Stop.READ, Stop.WRITE)
 
 
 class _NeedsBoardError(Exception):
-    """The function needs the board, because it has accessed a peripheral or waits."""
+    """The function accesses a peripheral or waits."""
 
 
 class Frame:
-    """Registers and stack at the beginning of a call (IHI 0042, 6.5 and 7.1)."""
+    """Registers and stack of a call (IHI 0042, 6.5 and 7.1)."""
 
     def __init__(self, signature: Signature, arguments: Sequence[Any], sp: int, hard_float: bool) -> None:
         self.sp = sp & ~7
@@ -91,7 +91,7 @@ class Frame:
         self.writes.append((self.sp, bytes(self._stack)))
 
     def result(self, core: Sequence[int], floats: Sequence[int], read: Callable[[int, int], bytes]) -> Any:
-        """Return the result; update the lists and objects passed by pointer."""
+        """Return the result; update objects passed by pointer."""
         for passed, value, address in self._passed:
             load_into(passed, value, read(address, passed.size), 0)
         kind = self._result
@@ -103,7 +103,7 @@ class Frame:
         return kind.value(b"".join(word.to_bytes(4, "little") for word in words[:8]), 0)
 
     def _hidden_result(self) -> int | None:
-        """Reserve memory for a result that is too large for registers, and put its address in R0."""
+        """Allocate a result that is too large for registers."""
         kind = self._result
         if not isinstance(kind, Structure | Array) or kind.size <= 4:
             return None
@@ -184,7 +184,7 @@ class Frame:
 
 
 class Scratch:
-    """A copy of the chip's core and memories, for calls whose effects do not reach the board."""
+    """A copy of core and memories, without effect on the board."""
 
     def __init__(self, core: Core, image: FirmwareImage) -> None:
         self._core = core
@@ -212,11 +212,11 @@ class Scratch:
         self._everything.write(*self._of_core.read())
 
     def variable(self, name: str) -> CValue:
-        """Return a global variable by its C name. Raises SymbolError."""
+        """Return a global variable. Raises SymbolError."""
         return _symbols(self._image).read_variable(name, self._read)
 
     def set_variable(self, name: str, value: Any) -> None:
-        """Raises SymbolError, and InputError if the value does not fit."""
+        """Set a variable. Raises SymbolError or InputError."""
         set_variable(self._image, name, value, self._read, self._write)
 
     def call(self, name: str, *arguments: Any, max_instructions: int = INSTRUCTIONS) -> Any:
@@ -232,7 +232,7 @@ class Scratch:
     def run(
         self, name: str, address: int, signature: Signature, arguments: Sequence[Any], max_instructions: int
     ) -> Any:
-        """Raises _NeedsBoardError if only the board can execute the function."""
+        """Call a function. Raises _NeedsBoardError or CallError."""
         copy = self._copy
         sp = copy.register(13)
         frame = Frame(signature, arguments, sp, self._image.hard_float)
@@ -252,7 +252,7 @@ class Scratch:
         return result
 
     def keep(self) -> None:
-        """Copy the RAM of the copy to the chip."""
+        """Copy the changed RAM to the chip."""
         self._core.ram[:] = self._copy.ram
 
     def _problem(self, name: str, stop: Stop, max_instructions: int) -> Exception:
@@ -288,7 +288,7 @@ class Scratch:
 
 
 class Caller:
-    """Calls on a board; ``restoring()`` is a context that restores it."""
+    """Calls on a board, which ``restoring()`` restores afterwards."""
 
     def __init__(
         self,
@@ -390,7 +390,7 @@ def set_variable(
     read: Callable[[int, int], bytes],
     write: Callable[[int, bytes], None],
 ) -> None:
-    """Raises SymbolError, and InputError if the value does not fit."""
+    """Set a variable. Raises SymbolError or InputError."""
     address, kind = _symbols(image).variable_type(name)
     if address < RAM:
         raise InputError(
@@ -402,7 +402,7 @@ def set_variable(
 
 
 def find_function(image: FirmwareImage, name: str, arguments: Sequence[Any]) -> tuple[int, Signature]:
-    """Raises InputError if the function cannot be called."""
+    """Return address and signature. Raises InputError."""
     symbols = _symbols(image)
     try:
         address, signature = symbols.function(name)

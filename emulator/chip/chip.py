@@ -1,4 +1,4 @@
-"""The STM32F401 on the board: its peripherals by address (RM0368 table 1) and interrupt input (table 38)."""
+"""The STM32F401's peripherals by address (RM0368 table 1) and interrupt input (table 38)."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def _place(name: str) -> tuple[str, int]:
 
 
 class SystemPeripherals:
-    """The peripherals in Python that have no connections to the outside. They set ``soc.clocks``."""
+    """The Python peripherals without outside connections. They set ``soc.clocks``."""
 
     def __init__(self, soc: Soc, inputs: AdcInputs | None = None, oscillators: Oscillators = NOMINAL) -> None:
         lines = {number: InterruptInput(soc, number) for number in (0, 4, 5, 18)}
@@ -53,7 +53,7 @@ class SystemPeripherals:
 
 
 class Chip:
-    """The chip at power-on, with peripherals in C and in Python."""
+    """The chip at power-on, with all peripherals."""
 
     def __init__(
         self,

@@ -1,13 +1,8 @@
 """Compiled firmware on the virtual board, within limits.
 
-::
-
-    board = Board(firmware="build/lab3.elf")
-    board.run_for(3)
-    board.variable("pitch")              # a C variable, by the ELF's symbols and debug information
-
-Decision: limits on the firmware's actions (work, instructions, bytes, resets) take effect at the same instruction on
-every machine. The limit on wall time is the last resort, because verdicts must not depend on the machine.
+Decision: limits on the firmware's actions (work, instructions, bytes, resets) take effect at the
+same instruction on every machine. The limit on wall time is the last resort, because verdicts must
+not depend on the machine.
 """
 
 from __future__ import annotations
@@ -40,7 +35,7 @@ if TYPE_CHECKING:  # imported later, so that runs start sooner
 
 
 class ArmFirmware:
-    """A firmware image in flash, and the chip that executes it."""
+    """A firmware image and the chip that executes it."""
 
     def __init__(
         self, signals: BoardSignals, image: FirmwareImage, settings: CoreSettings | None = None
@@ -76,11 +71,11 @@ class ArmFirmware:
         return str(self.diagnosis() or "")
 
     def findings(self) -> list[Diagnosis]:
-        """Return all problems, the worst first; see also :func:`fcu_emulator.emulator.analysis.mistakes.explain`."""
+        """Return all problems, the worst first."""
         return list(findings(self))
 
     def handles(self, peripheral: str) -> bool:
-        """Return whether an interrupt of a peripheral ("TIM9") is active."""
+        """Return whether a peripheral's interrupt ("TIM9") is active."""
         return any(peripheral in name for name in self.handled())
 
     def handled(self) -> list[str]:
@@ -95,7 +90,7 @@ class ArmFirmware:
         return self.image.symbols.read_variable(name, self._memory)
 
     def set_variable(self, name: str, value: Any) -> None:
-        """Raises SymbolError, and InputError if the value does not fit."""
+        """Set a variable. Raises SymbolError or InputError."""
         from fcu_emulator.emulator.chip.calls import set_variable
 
         set_variable(self.image, name, value, self._memory, self._store)
@@ -105,7 +100,7 @@ class ArmFirmware:
         return bytes(self.chip.core.flash)
 
     def load_flash(self, contents: bytes) -> None:
-        """Restore the sectors that the firmware's file does not use, before the run. Raises InputError."""
+        """Restore the sectors outside the firmware's file, before the run. Raises InputError."""
         if len(contents) != FLASH_SIZE:
             raise InputError(f"contents of the flash must have {FLASH_SIZE} bytes, not {len(contents)}")
         used = [(segment.address - FLASH, len(segment.data)) for segment in self.image.segments]
@@ -141,7 +136,7 @@ WORK_PER_S = 400_000_000
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits since power-on. Raises InputError for a limit of 0 or less."""
+    """Limits since power-on. Raises InputError for 0 or less."""
 
     instructions: int = 10**13
     """Executed and skipped instructions: 43 hours of virtual time at 84 MHz."""

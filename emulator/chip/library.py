@@ -1,7 +1,7 @@
 """The chip in C (emulator/chip/native), called through ctypes; ``fcu.h`` documents each function.
 
-Decision: the structures are declared again for ctypes, and a test compares both declarations with the help of
-the compiler. A callback takes 220 ns with ctypes and 440 ns with cffi in ABI mode.
+Decision: the structures are declared again for ctypes, and a test compares both declarations with
+the help of the compiler. A callback takes 220 ns with ctypes and 440 ns with cffi in ABI mode.
 """
 
 from __future__ import annotations
@@ -43,7 +43,9 @@ WORK_OF_A_CALL: Final = 2_000
 
 
 def split_note(text: str) -> tuple[str, dict[str, NoteValue], str]:
-    """Split a note of C, such as "scl-too-fast scl_khz=800 | SCL runs at 800 kHz", into problem, values and text."""
+    """Split a note such as "scl-too-fast scl_khz=800 | SCL runs at 800 kHz" into problem, values
+    and text.
+    """
     head, _, words = text.partition(" | ")
     problem, *values = head.split()
     return problem, {name: _number(value) for name, value in (one.split("=", 1) for one in values)}, words
@@ -246,7 +248,7 @@ _REGISTER_NUMBERS: Final = {
 
 @cache
 def load() -> Any:
-    """Return the declared library. Raises InputError if it is missing or outdated."""
+    """Return the declared library. Raises InputError."""
     library = loader.load()
     for name, (gives, *takes) in _FUNCTIONS.items():
         function = getattr(library, name)
@@ -255,11 +257,11 @@ def load() -> Any:
 
 
 class _ChipOwner:
-    """The chip in C is freed when no object refers to this one."""
+    """Its deletion frees the chip in C."""
 
 
 class FcuChip:
-    """One chip in C, which shares the board's time. An exception in a callback ends the run."""
+    """One chip in C on the board's time. An exception in a callback ends the run."""
 
     def __init__(self, clock: Clock, trace: Trace) -> None:
         self.library = load()
@@ -368,7 +370,7 @@ class FcuChip:
 
     @property
     def thumb(self) -> bool:
-        """EPSR.T, which must be set while the core executes."""
+        """EPSR.T, which must be set during execution."""
         return bool(self.library.fcu_thumb(self.handle))
 
     @thumb.setter
@@ -440,12 +442,12 @@ class FcuChip:
             raise error
 
     def keep_error(self, error: BaseException) -> None:
-        """Raise ``error`` after the run, because C cannot pass it on."""
+        """Raise ``error`` after the run."""
         self._error = self._error or error
         self.shared[3] = 1
 
     def callback(self, kind: Any, function: Callable[..., Any]) -> Any:
-        """Return a callback that sets the clock and never raises into C."""
+        """Return a callback that sets the clock and never raises."""
         clock, enter = self.clock, self.enter
         nothing = 0 if kind._restype_ is not None else None
 
@@ -484,7 +486,7 @@ class FcuChip:
             self.trace.add(DeviceNote(self.clock.now_ps, name, NOTE_KINDS[kind], words, problem, data))
 
     def _ignored_access(self, peripheral: int, offset: int, what: int, value: int) -> bool:
-        """Return whether the access was reported, once for each register and reason."""
+        """Return whether the access was reported, once per register and reason."""
         del value
         self.on_ignored_access(self._by_index[peripheral], offset, what)
         return True
@@ -503,7 +505,7 @@ class FcuChip:
 
 
 class NativePeripheral(Peripheral):
-    """A peripheral in C, with its registers by offset."""
+    """A peripheral in C, with registers by offset."""
 
     index: int
 

@@ -1,4 +1,4 @@
-"""The calls with which C keeps its view of the sensors' registers (sensors/shared_registers.py) up to date."""
+"""Calls with which C updates its view of the sensors' registers (sensors/shared_registers.py)."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class ReadableTarget(Protocol):
 
     @property
     def increment_bit(self) -> int:
-        """The bit of a sub-address that enables the increment, or 0."""
+        """The sub-address bit that enables the increment, or 0."""
         ...
 
     @property
@@ -49,7 +49,7 @@ class ReadableTarget(Protocol):
         ...
 
     def shared_bank(self) -> int | None:
-        """Return the address of the registers that C can read, 0 for none; None if the sensor does not answer."""
+        """Return the address of registers readable by C, 0 for none; None without an answer."""
         ...
 
     def move_to(self, subaddress: int, /) -> None:
@@ -58,7 +58,7 @@ class ReadableTarget(Protocol):
 
 
 class ReadingChip(Protocol):
-    """The members of the chip that this module uses."""
+    """The chip's members that this module uses."""
 
     clock: Clock
     library: Any
@@ -80,7 +80,7 @@ class Targets:
         self._positions = memoryview((_i64 * _TARGETS).from_address(address)).cast("B").cast("q")
 
     def add(self, target: ReadableTarget) -> int:
-        """Return the index, or -1 if there are too many."""
+        """Return the index, or -1 without space."""
         if target in self._targets:
             return self._targets.index(target)
         version, _ = target.version.buffer_info()

@@ -1,8 +1,8 @@
-"""Compare a lab's formulas with the values that a firmware computes, and find the formula that it computes instead.
+"""Compare a lab's formulas with a firmware's values, and find the formula that it computes instead.
 
-Decision: a mistake is reported only if it explains the printed numbers. Each typical mistake in one formula is tried;
-it is proven if the formulas after it give the numbers that the firmware prints, in every pose of the board. A value in
-a register alone proves nothing, because compilers fuse and move operations.
+Decision: a mistake is reported only if it explains the printed numbers. A typical mistake in one
+formula is proven if the later formulas give the printed numbers in every pose. A value in a
+register alone proves nothing, because compilers fuse and move operations.
 """
 
 from __future__ import annotations
@@ -60,17 +60,18 @@ class Mistake:
 
 @dataclass(frozen=True)
 class PrintedNumbers:
-    """The numbers of one printed field, by pose; ``resolution`` is a unit of the last digit."""
+    """A printed field's numbers by pose; ``resolution``: one unit of the last digit."""
 
     values: npt.NDArray[np.float64]
     resolution: float
 
 
 class Alignment:
-    """The formulas of a lab beside the values that a firmware computes in several poses of the board.
+    """A lab's formulas beside a firmware's values in several poses of the board.
 
-    ``inputs``: values of the sensors by name, one for each pose. ``search``: values that the firmware computes in the
-    last ``poses`` of these poses. The functions ``largest``, ``smallest`` and ``first`` also use the earlier poses.
+    ``inputs``: sensor values by name and pose. ``search``: values that the firmware computes in the
+    last ``poses`` poses. The functions ``largest``, ``smallest`` and ``first`` also use earlier
+    poses.
     """
 
     def __init__(
@@ -89,7 +90,7 @@ class Alignment:
         self._dependents: dict[tuple[int, str, str], tuple[Formulas, list[str]]] = {}
 
     def agrees(self, output: str, printed: PrintedNumbers) -> bool:
-        """Return whether the printed numbers are those of the lab's formulas."""
+        """Return whether the lab's formulas give the printed numbers."""
         return self._fits(self._values(self.formulas)[output], printed)
 
     def computed_steps(self) -> int:
@@ -106,13 +107,13 @@ class Alignment:
         return self._values(self.formulas)
 
     def mistakes(self, output: str, printed: PrintedNumbers) -> list[Mistake]:
-        """Return the mistakes that together give the printed numbers, in the order of the steps; [] if not found."""
+        """Return the mistakes that together give the printed numbers; [] if not found."""
         self._tried = 0
         self._dependents.clear()
         return self._explained(self.formulas, output, printed, _MOST_MISTAKES)
 
     def difference(self, other: Alignment, output: str) -> Mistake | None:
-        """Return the first step of an output for which ``other`` has another formula, as a mistake."""
+        """Return the first step whose formula differs in ``other``, as a mistake."""
         for name in _in_order(self.formulas, output):
             if other.formulas[name] != self.formulas[name]:
                 self._values(self.formulas)
@@ -132,7 +133,7 @@ class Alignment:
         return samples[:, -self._poses :]
 
     def _addresses(self, samples: Samples) -> list[int]:
-        """Return the instructions that compute these values; none if the values prove nothing."""
+        """Return the instructions that compute these values; [] without proof."""
         last = self._last(samples)
         tolerance = self._evaluator.tolerance(last)
         if (
@@ -182,9 +183,9 @@ class Alignment:
         return []
 
     def _suspects(self, formulas: Formulas, output: str, values: Mapping[str, Samples]) -> list[str]:
-        """Return the steps of an output that the firmware does not seem to compute, in order.
+        """Return the steps that the firmware does not seem to compute, in order.
 
-        A step counts as computed if an instruction has its values, or those of a step that needs it.
+        A step is computed if an instruction has its values, or those of a step that needs it.
         """
         chain = _in_order(formulas, output)
         right: set[str] = set()
@@ -194,7 +195,7 @@ class Alignment:
         return [name for name in chain if name not in right]
 
     def _differs(self, samples: Samples) -> bool:
-        """Return whether the values differ among the poses."""
+        """Return whether the values differ among poses."""
         return bool(np.ptp(self._last(samples)[0]) != 0)
 
     def _varies(self, name: str) -> bool:
@@ -204,7 +205,7 @@ class Alignment:
     def _other_step(
         self, formulas: Formulas, name: str, output: str, printed: PrintedNumbers
     ) -> Mistake | None:
-        """Find another step or input that the firmware uses instead of a step."""
+        """Find another step or input that the firmware uses instead."""
         for other in (*formulas, *self._inputs):
             depends = name != output and name in _in_order(formulas, other)
             if other == name or depends or not self._varies(other):
@@ -216,7 +217,7 @@ class Alignment:
     def _computed(
         self, formulas: Formulas, name: str, output: str, printed: PrintedNumbers
     ) -> Mistake | None:
-        """Find one edit that an instruction computes and that gives the printed numbers."""
+        """Find an edit in the log that gives the printed numbers."""
         for computed in edits(formulas[name], self._before(formulas, name)):
             samples = self._evaluator(computed)
             if (
@@ -228,7 +229,7 @@ class Alignment:
         return None
 
     def _edited(self, formulas: Formulas, name: str, output: str, printed: PrintedNumbers) -> Mistake | None:
-        """Find one edit that gives the printed numbers."""
+        """Find an edit that gives the printed numbers."""
         for computed in edits(formulas[name], self._before(formulas, name)):
             if self._tried > _MOST_TRIED:
                 return None
@@ -239,7 +240,7 @@ class Alignment:
     def _with_constant(
         self, formulas: Formulas, name: str, output: str, printed: PrintedNumbers
     ) -> Mistake | None:
-        """Find one other constant, factor or summand that gives the printed numbers."""
+        """Find a constant, factor or summand that gives the printed numbers."""
         wanted = printed.values[0]
         for usual, formula in constants(formulas[name]):
             if self._tried > _MOST_TRIED or not np.isfinite(wanted):
@@ -272,7 +273,7 @@ class Alignment:
         return found
 
     def _before(self, formulas: Formulas, name: str) -> list[str]:
-        """Return the names that may replace others in a formula: all that do not depend on its step."""
+        """Return varying inputs and steps that do not depend on a step."""
         every = (*self._inputs, *formulas)
         return [one for one in every if self._varies(one) and name not in _in_order(formulas, one)]
 
@@ -297,7 +298,7 @@ class Alignment:
         return result
 
     def _is_known(self, samples: Samples) -> bool:
-        """Return whether these are the values of another step, which :meth:`_other_step` would find."""
+        """Return whether another step has these values."""
         wanted = self._last(samples)[0]
         return any(
             np.allclose(self._last(one)[0], wanted, rtol=1e-9) for one in self._evaluator.values.values()
@@ -314,7 +315,7 @@ class Alignment:
         return Mistake(name, formulas[name], simplified(computed), tuple(addresses), expected, actual)
 
     def _after(self, formulas: Formulas, name: str, computed: Node, output: str) -> list[int]:
-        """Return the instructions of the first step after a wrong one that the firmware computes from it."""
+        """Return the first later instruction that computes a step from the wrong one."""
         for other in _in_order(formulas, output):
             if name in _in_order(formulas, other) and other != name:
                 found = self._addresses(self._changed(formulas, name, computed, other))
@@ -323,9 +324,8 @@ class Alignment:
         return []
 
     def _of_operands(self, node: Node) -> list[int]:
-        """Return the first instructions that compute the operands of an operation, which name its line.
-
-        The operation itself may have been fused with a later one, or moved.
+        """Return the first instructions that compute the operands, because compilers fuse
+        operations.
         """
         found = []
         for operand in children(node):
@@ -335,12 +335,12 @@ class Alignment:
 
 
 def _dependents(formulas: Formulas, name: str, output: str) -> list[str]:
-    """Return the steps between a step and an output that depend on it, in order."""
+    """Return an output's steps that depend on a step, in order."""
     return [one for one in _in_order(formulas, output) if one != name and name in _in_order(formulas, one)]
 
 
 def _in_order(formulas: Formulas, output: str) -> list[str]:
-    """Return an output and all steps that it depends on, in their order."""
+    """Return an output and the steps that it needs, in order."""
     needed = {output}
     for name in reversed(list(formulas)):
         if name in needed:
@@ -375,7 +375,7 @@ _HALVINGS: Final = 40
 
 
 def _root(off: Callable[[float], float], usual: float) -> float | None:
-    """Return a constant near ``usual`` or a usual factor of it for which ``off`` is 0, or None."""
+    """Return a root of ``off`` near ``usual`` times a typical factor, or None."""
     points = [abs(usual or 1000.0) * factor for factor in _FACTORS]
     values = [off(point) for point in points]
     for low, high, at_low, at_high in zip(points, points[1:], values, values[1:], strict=False):

@@ -34,10 +34,7 @@ _ANGLE: Final = (Number(180.0), Number(math.pi))
 
 
 def edits(formula: Node, known: Iterable[str]) -> Iterator[Node]:
-    """Yield the formula with one mistake, the likely ones first.
-
-    ``known`` are the names that may be exchanged.
-    """
+    """Yield the formula with one mistake, the likely ones first. ``known``: exchangeable names."""
     names = tuple(known)
     yield from _everywhere(formula, lambda node: _operand(node, names))
     for edit in (_function, _operation, _sign, _number, _unit):
@@ -46,7 +43,7 @@ def edits(formula: Node, known: Iterable[str]) -> Iterator[Node]:
 
 
 def _everywhere(formula: Node, edit: Callable[[Node], Iterator[Node]]) -> Iterator[Node]:
-    """Yield the formula with each edit of each of its parts, the innermost first."""
+    """Yield the formula with each edit of each part, the innermost first."""
     operands = children(formula)
     for index, operand in enumerate(operands):
         for edited in _everywhere(operand, edit):
@@ -112,7 +109,7 @@ def _inside(node: Node) -> Iterator[Node]:
 
 
 def _exchanged_numbers(formula: Node) -> Iterator[Node]:
-    """Yield the formula with two of its numbers exchanged, as in ``angle * pi / 180``."""
+    """Yield the formula with two numbers exchanged, as in ``angle * pi / 180``."""
     numbers = list(dict.fromkeys(_numbers(formula)))
     for index, one in enumerate(numbers):
         for other in numbers[index + 1 :]:
@@ -133,7 +130,7 @@ def _replaced(node: Node, others: Mapping[Node, Node]) -> Node:
 
 
 def _unit(node: Node) -> Iterator[Node]:
-    """Yield the node in degrees instead of radians, in radians instead of degrees, and as an integer."""
+    """Yield the node in degrees, in radians, as integer and as absolute value."""
     half_turn, pi = _ANGLE
     if isinstance(node, Name | FunctionCall):
         yield Operation("/", Operation("*", node, half_turn), pi)
@@ -143,10 +140,9 @@ def _unit(node: Node) -> Iterator[Node]:
 
 
 def constants(formula: Node) -> Iterator[tuple[float, Callable[[float], Node]]]:
-    """Yield each place for an unknown constant: its usual value, and the formula with another one.
+    """Yield the usual value and the formula for each place of an unknown constant.
 
-    First each number is replaced by the unknown, then each operand is replaced, multiplied by the unknown, or
-    increased by it.
+    The unknown replaces a number, or replaces, multiplies or increases an operand.
     """
     for edit in (_other_number, _a_number, _scaled):
         yield from _places(formula, edit, lambda changed: changed)

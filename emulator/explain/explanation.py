@@ -1,11 +1,4 @@
-"""Explain wrong printed numbers: the line that computes another formula than the lab, and that formula.
-
-::
-
-    arithmetic = load_rubric("lab3").explain.arithmetic()
-    for one in explain_numbers("lab3.elf", arithmetic, [ShownNumber("3.yaw", "yaw_deg", yaw)], Limits()):
-        print(one.diagnosis)
-"""
+"""Explain wrong printed numbers by the line that computes another formula than the lab."""
 
 from __future__ import annotations
 
@@ -43,7 +36,7 @@ _EXTREME: Final = {">": "largest", "<": "smallest"}
 
 @dataclass(frozen=True)
 class Alternative:
-    """Other formulas that are right as well, except for the checks ``not_for``."""
+    """Other correct formulas, except for the checks ``not_for``."""
 
     formulas: Formulas
     not_for: frozenset[str] = frozenset()
@@ -51,7 +44,7 @@ class Alternative:
 
 @dataclass(frozen=True)
 class Arithmetic:
-    """A lab's arithmetic as data: the inputs, the formulas in their order, and alternatives."""
+    """A lab's arithmetic: inputs, formulas in order, and alternatives."""
 
     inputs: Mapping[str, InputRegister]
     formulas: Formulas
@@ -60,7 +53,7 @@ class Arithmetic:
 
 @dataclass(frozen=True)
 class ShownNumber:
-    """A printed number of a failed check, and the step that it shows."""
+    """A printed number of a failed check, and its step."""
 
     check: str
     step: str
@@ -81,7 +74,7 @@ def explain_numbers(
 ) -> list[Explanation]:
     """Return explanations of wrong outputs, each mistake once, in the order of the formulas.
 
-    Empty if no mistake explains them, or if the firmware fails in one of the poses.
+    Return [] without an explanation, or if the firmware fails in a pose.
     """
     probed = probe(firmware, arithmetic.inputs, limits)
     if probed is None:
@@ -96,7 +89,7 @@ def explain_numbers(
 
 
 def first_of(explanations: Sequence[Explanation]) -> list[Diagnosis]:
-    """Return the diagnosis of the first mistake, which names the steps of the others; [] without mistakes."""
+    """Return the first mistake's diagnosis, which names the other steps."""
     if not explanations:
         return []
     first, *others = explanations
@@ -121,7 +114,7 @@ class _Explainer:
         self._best: dict[tuple[int, ...], Alignment] = {}
 
     def explain(self, output: ShownNumber) -> Iterator[Explanation]:
-        """Yield the mistakes behind a wrong output; nothing if it is right, constant or not printed."""
+        """Yield a wrong output's mistakes; nothing if right, constant or not printed."""
         printed, line = self._printed(output)
         if printed is None:
             return
@@ -147,7 +140,7 @@ class _Explainer:
                 return
 
     def _used(self, alternatives: Sequence[Alternative]) -> Alignment:
-        """Return the formulas with those alternatives of which the firmware computes more steps."""
+        """Return the formulas with the alternatives of which the firmware computes more steps."""
         every = self._arithmetic.alternatives
         key = tuple(number for number, one in enumerate(every) if one in alternatives)
         if key not in self._best:
@@ -262,7 +255,7 @@ def _number(value: float) -> str:
 
 
 def _resolution(line: str) -> float:
-    """Return a unit of the last digit of a line's most exact number."""
+    """Return the finest unit of a line's numbers."""
     digits = [
         len(one.partition(".")[2]) for one in line.split() if one.replace(".", "", 1).lstrip("-").isdigit()
     ]

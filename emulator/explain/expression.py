@@ -1,8 +1,7 @@
 """Formulas of a lab as text: ``atan2(-acc_x, sqrt(acc_y**2 + acc_z**2))``.
 
-Formulas have names, numbers, ``+ - * / **``, and the functions of ``FUNCTIONS``. They are evaluated for several poses
-of the board at once, and several times. Each repetition adds other rounding errors of single precision. Their size is
-the tolerance of comparisons with values that a firmware computes in float or double.
+Formulas have names, numbers, ``+ - * / **``, and the functions of ``FUNCTIONS``. Repeated
+evaluation with other rounding errors of single precision gives the tolerance of comparisons.
 """
 
 from __future__ import annotations
@@ -139,7 +138,7 @@ def _node(node: ast.expr) -> Node:
 
 
 def names(node: Node) -> Iterator[str]:
-    """Yield the names in a formula, in the order of the text."""
+    """Yield a formula's names in the order of the text."""
     if isinstance(node, Name):
         yield node.name
     for child in children(node):
@@ -171,7 +170,7 @@ def with_children(node: Node, operands: tuple[Node, ...]) -> Node:
 
 
 def simplified(node: Node) -> Node:
-    """Return a formula without double negations and factors of 1, as a programmer would write it."""
+    """Return a formula without double negations and factors of 1."""
     node = with_children(node, tuple(map(simplified, children(node))))
     match node:
         case Negative(operand=Negative(operand=operand)):
@@ -192,7 +191,7 @@ _OF_NEGATIVE: Final = 3
 
 
 def text(node: Node, above: int = 0) -> str:
-    """Return a formula in the notation of C, but with ``^2`` for a square."""
+    """Return a formula in C notation, but with ``^2`` for a square."""
     match node:
         case Name(name=name):
             return name
@@ -222,7 +221,7 @@ def _operation_text(node: Operation, above: int) -> str:
 
 
 class Evaluator:
-    """Evaluates formulas over named samples, with the rounding errors of single precision."""
+    """Evaluates formulas over named samples, with single-precision rounding errors."""
 
     def __init__(self, values: Mapping[str, Samples], poses: int) -> None:
         self.values = dict(values)
@@ -233,12 +232,12 @@ class Evaluator:
         self._next = 0
 
     def __call__(self, node: Node) -> Samples:
-        """Return the values of a formula; nan for a name without a value and outside of a function's domain."""
+        """Return a formula's values; nan without a value or outside a function's domain."""
         with np.errstate(all="ignore"):
             return self._value(node)
 
     def tolerance(self, samples: Samples) -> npt.NDArray[np.float64]:
-        """Return the largest difference between equal values in single precision, by pose."""
+        """Return the largest single-precision difference between equal values, by pose."""
         with np.errstate(all="ignore"):
             spread: npt.NDArray[np.float64] = np.abs(samples - samples[0]).max(axis=0)
             least: npt.NDArray[np.float64] = 2 * _SINGLE_PRECISION * np.abs(samples[0])

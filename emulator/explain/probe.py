@@ -1,8 +1,7 @@
-"""Run a firmware in several poses of an ideal board, and log the values that it computes.
+"""Run firmware in several poses of an ideal board, and log the values that it computes.
 
-The board stands still in each pose, its sensors have no errors, and a magnet is on it. Therefore a formula
-has one value in a pose, and formulas with equal values in all poses are taken as equal. The first poses only
-create a past for the largest and smallest value of an axis.
+The board, with a magnet on it, stands still in each pose. Formulas with equal values in all poses
+are taken as equal. The first poses only set the largest and smallest value of each axis.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ from fcu_emulator.emulator.trace import BusTransfer, TraceEvent
 
 
 class ProbePose(NamedTuple):
-    """An attitude in degrees, and an altitude in metres above the floor."""
+    """An attitude, and an altitude above the floor."""
 
     roll_deg: float
     pitch_deg: float
@@ -72,7 +71,7 @@ class InputRegister:
 
 @dataclass(frozen=True)
 class Probed:
-    """The sensors' numbers in all poses; computed values and printed lines in the logged ones."""
+    """The sensors' numbers in all poses; computed values and printed lines in logged ones."""
 
     inputs: Mapping[str, npt.NDArray[np.float64]]
     logs: Sequence[Values]
@@ -83,7 +82,7 @@ class Probed:
 
 
 def probe(firmware: str | Path, inputs: Mapping[str, InputRegister], limits: Limits) -> Probed | None:
-    """Run an ELF, HEX or BIN file through the poses; None if the firmware fails or is in Python."""
+    """Run a firmware file through the poses; None for Python firmware or a failure."""
     board = Board(firmware, ideal=True)
     if board.chip is None:
         return None
@@ -178,7 +177,7 @@ _Bytes = dict[tuple[str, int], int]
 
 
 def _watched_run(board: Board, seen: _Bytes, seconds: float) -> None:
-    """Run, and collect the bytes that the firmware reads from the sensors."""
+    """Run, and collect the bytes read from the sensors."""
 
     def collect(event: TraceEvent) -> None:
         if isinstance(event, BusTransfer) and event.written:

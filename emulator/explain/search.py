@@ -1,4 +1,4 @@
-"""Search for a value among those that a firmware has computed."""
+"""Search for a value among a firmware's computed values."""
 
 from __future__ import annotations
 
@@ -18,13 +18,15 @@ may occur.
 
 
 class ValueSearch:
-    """The values of several poses: an instruction computes a quantity if its values fit in every pose."""
+    """Values in several poses. An instruction computes a quantity if its values fit in all poses.
+    """
 
     def __init__(self, logs: Sequence[Values]) -> None:
         self._tables = [_sorted(log) for log in logs]
 
     def addresses(self, expected: npt.NDArray[np.float64], tolerance: npt.NDArray[np.float64]) -> list[int]:
-        """Return the instructions that compute the expected values, one for each pose, in ascending order."""
+        """Return the addresses, in ascending order, that compute the expected value of each pose.
+        """
         if not np.all(np.isfinite(expected)):
             return []
         found: set[int] = set()

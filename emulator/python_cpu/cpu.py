@@ -1,7 +1,7 @@
 """The processor for Python firmware. Virtual time passes only while the firmware waits.
 
-Decision: Python firmware runs in a greenlet, not in a thread or a generator. Threads need locks and switch ten times
-more slowly; generators need ``yield from`` before every HAL call.
+Decision: Python firmware runs in a greenlet, not in a thread or a generator. Threads need locks and
+switch ten times more slowly. Generators need ``yield from`` before every HAL call.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Interrupt:
 
 
 class PythonCpu:
-    """A processor that runs ``main`` and the interrupt handlers on the board's clock."""
+    """Runs ``main`` and the interrupt handlers on the board's clock."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -52,7 +52,9 @@ class PythonCpu:
         self._main = main
 
     def run_until_ps(self, at_ps: int) -> None:
-        """Run up to and including ``at_ps``. Raises FirmwareError, and InputError in another thread than before."""
+        """Run up to and including ``at_ps``. Raises FirmwareError, and InputError in another
+        thread.
+        """
         if self._context is None:
             self._context = greenlet(self._run_main)
         if self._context.dead:
@@ -75,7 +77,7 @@ class PythonCpu:
         self._clock.advance_to(at_ps)  # the firmware has returned
 
     def close(self) -> None:
-        """End the greenlet and unwind its stack, which the garbage collector does not visit."""
+        """End the greenlet and unwind its stack."""
         if self._context and not self._context.dead:
             with suppress(greenlet_error):  # the greenlet belongs to a thread that has ended
                 self._context.parent = (
@@ -84,7 +86,7 @@ class PythonCpu:
                 self._context.throw()
 
     def snapshot(self) -> None:
-        """Raise InputError if Python firmware is loaded, because its state cannot be saved."""
+        """Raise InputError if Python firmware is loaded."""
         if self._main is not None:
             raise InputError(
                 "firmware in Python runs on a stack that cannot be copied, so this board has no snapshots; "
@@ -93,7 +95,7 @@ class PythonCpu:
             )
 
     def restore(self, state: None) -> None:
-        """Do nothing, because there is no state to restore."""
+        """Do nothing, because there is no state."""
 
     def _pause(self) -> None:
         assert self._caller is not None
@@ -141,7 +143,7 @@ class PythonCpu:
             self.wait_until(min(clock.next_ps, until_ps))
 
     def elapse(self, duration_ps: int) -> None:
-        """Let a duration pass, without counting the time of handlers that preempt it."""
+        """Let a duration pass, not counting handlers that preempt it."""
         clock = self._clock
         end_ps = clock.now_ps + duration_ps
         while clock.next_ps <= end_ps:

@@ -1,4 +1,4 @@
-"""The HAL calls of Python firmware. They take the same virtual time as ST's STM32F4 HAL V1.6.0.
+"""The HAL calls of Python firmware, timed as in ST's STM32F4 HAL V1.6.0.
 
 Later versions of ST's HAL add one tick to ``HAL_Delay``.
 """
@@ -82,13 +82,13 @@ class VirtualHal(HalGpio):
         return self._clock.now_ps // PS_PER_MS
 
     def HAL_Delay(self, delay_ms: int) -> None:
-        """Wait until ``delay_ms`` ticks have passed, which may take up to one tick less than this time."""
+        """Wait for ``delay_ms`` ticks, which may take up to one tick less."""
         self._cpu.wait_until((self.HAL_GetTick() + delay_ms) * PS_PER_MS)
 
     # -- I2C --------------------------------------------------------------------------------------------
 
     def HAL_I2C_Mem_Read(self, dev_address: int, mem_address: int, size: int) -> tuple[int, bytes]:
-        """Return (status, data). The status is HAL_BUSY in an interrupt during a transfer of main()."""
+        """Return (status, data); HAL_BUSY in an interrupt during a transfer of main()."""
         if self._transferring:
             return HAL_BUSY, b""
         bus, clock = self._i2c, self._clock
@@ -127,7 +127,7 @@ class VirtualHal(HalGpio):
     # -- serial line -----------------------------------------------------------------------------------------
 
     def HAL_UART_Transmit(self, data: bytes, timeout_ms: int) -> int:
-        """Send the bytes and return after the last one; return HAL_BUSY during another transmission."""
+        """Return after the last byte is sent; HAL_BUSY during another transmission."""
         if self._sending:
             return HAL_BUSY
         deadline_ps = (self.HAL_GetTick() + timeout_ms + 1) * PS_PER_MS
@@ -144,7 +144,7 @@ class VirtualHal(HalGpio):
         return HAL_OK
 
     def HAL_UART_Receive(self, size: int, timeout_ms: int) -> tuple[int, bytes]:
-        """Return (status, bytes); HAL_TIMEOUT and fewer bytes if they do not arrive in time."""
+        """Return (status, bytes); HAL_TIMEOUT and fewer bytes after ``timeout_ms``."""
         deadline_ps = (self.HAL_GetTick() + timeout_ms + 1) * PS_PER_MS
         received = bytearray()
         while len(received) < size:
@@ -163,7 +163,7 @@ class VirtualHal(HalGpio):
     def HAL_TIM_Base_Start_IT(self) -> None:
         """Enable the timer's interrupt, then its counter.
 
-        The callback is called at once, because ``HAL_TIM_Base_Init`` has set the update flag.
+        The callback follows at once, because ``HAL_TIM_Base_Init`` has set the update flag.
         """
         self.timer.enable_interrupt()
         self._cpu.take_interrupts()

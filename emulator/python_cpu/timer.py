@@ -1,7 +1,4 @@
-"""An interval timer with its update interrupt (RM0368 section 14: TIM9 to TIM11).
-
-The time of an update is computed from its number, so rounding errors do not add up.
-"""
+"""An interval timer with update interrupt and without drift (RM0368 section 14: TIM9 to TIM11)."""
 
 from __future__ import annotations
 
@@ -15,8 +12,8 @@ from fcu_emulator.emulator.trace import TickLate, TickLost, Trace
 class IntervalTimer:
     """A counter of ``input_hz / (PSC + 1)`` up to ARR.
 
-    ``interrupt()`` is called when the enabled update flag becomes set. A tick is lost if the flag is still set, and
-    late if its handler starts later than the update.
+    ``interrupt()`` is called when the enabled update flag becomes set. A tick is lost if the flag
+    is still set, and late if its handler starts after the update.
     """
 
     def __init__(
@@ -51,7 +48,7 @@ class IntervalTimer:
         self._due_ps = self._clock.now_ps
 
     def enable_interrupt(self) -> None:
-        """Set DIER.UIE. If ``configure`` has set the flag, the interrupt follows at once."""
+        """Set DIER.UIE. If the flag is set, the interrupt follows at once."""
         if self._flag:
             self.ticks += 1
             self._due_ps = self._clock.now_ps

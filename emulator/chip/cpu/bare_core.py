@@ -1,4 +1,4 @@
-"""A processor without time, exceptions and peripherals, for diagnoses and tests."""
+"""A processor without time, exceptions and peripherals."""
 
 from __future__ import annotations
 
@@ -12,9 +12,7 @@ from fcu_emulator.emulator.trace import Trace
 
 
 class Stop(Enum):
-    """The reason why a run ended. All reasons except SLICE, HALT, BREAKPOINT and the sleeps raise an
-    exception on the core.
-    """
+    """Why a run ended. All except SLICE, HALT, BREAKPOINT and sleeps raise a core exception."""
 
     SLICE = auto()  # all instructions, or ``end_run``
     HALT = auto()  # before the instruction, for a debugger
@@ -45,14 +43,15 @@ _EXECUTE_NEVER = 1 << 2 | 1 << 5 | 1 << 6 | 1 << 7  # for each 512 MB: execute-n
 
 
 def fetch_fault(address: int) -> Stop:
-    """Return why an address without memory cannot be executed."""
+    """Return why an address cannot be executed."""
     return Stop.EXECUTE_NEVER if _EXECUTE_NEVER >> (address >> 29) & 1 else Stop.FETCH
 
 
 class BareCore(FcuChip):
     """A core that runs from ``pc``. Set ``thumb`` first.
 
-    Accesses to registers call ``read_python`` and ``write_python``; watched loads and stores call ``on_access``.
+    Register accesses call ``read_python`` and ``write_python``; watched loads and stores call
+    ``on_access``.
     """
 
     def __init__(self) -> None:
@@ -76,14 +75,14 @@ class BareCore(FcuChip):
         self.library.fcu_end_run(self.handle)
 
     def enter_exception(self, number: int, vectors: int) -> bool:
-        """Save the context and enter a handler. Return False if the stack or the vector table is not in
+        """Save the context and enter a handler. Return False if stack or vector table is outside
         memory.
         """
         return bool(self.library.fcu_enter_exception(self.handle, number, vectors))
 
     @property
     def fault_address(self) -> int:
-        """Address of the access that ended the run with READ, WRITE or UNALIGNED."""
+        """Address of the access that caused READ, WRITE or UNALIGNED."""
         address: int = self.library.fcu_fault_address(self.handle)
         return address
 

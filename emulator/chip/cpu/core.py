@@ -1,11 +1,4 @@
-"""The Cortex-M4 and its peripherals in C (emulator/chip/native), connected with those in Python.
-
-::
-
-    core = Core(clock, trace, segments)
-    core.power_on(soc, peripherals)              # soc.irq and soc.memory are set
-    core.run_until_ps(1_000_000_000)
-"""
+"""The Cortex-M4 with its peripherals in C (emulator/chip/native) and in Python."""
 
 from __future__ import annotations
 
@@ -44,7 +37,7 @@ _IGNORED_ACCESSES: Final = (
 
 @dataclass(frozen=True)
 class CoreSettings:
-    """``skip``: skip waiting loops, which affects only the speed."""
+    """``skip``: skip waiting loops, for speed only."""
 
     cycles_per_instruction: Fraction = CYCLES_PER_INSTRUCTION
     skip: bool = True
@@ -59,7 +52,7 @@ class Masks(NamedTuple):
 
 
 class Core(FcuChip):
-    """The core with firmware in flash or RAM. Raises ValueError for bytes elsewhere."""
+    """The core with firmware. Raises ValueError for bytes outside flash and RAM."""
 
     def __init__(
         self,
@@ -97,7 +90,9 @@ class Core(FcuChip):
     def power_on(
         self, soc: Soc, peripherals: Iterable[Peripheral], on_reset: Callable[[str], None] | None = None
     ) -> None:
-        """Start; sets ``soc.irq`` and ``soc.memory``. ``on_reset(reason)`` is called before later resets."""
+        """Start; sets ``soc.irq`` and ``soc.memory``. ``on_reset(reason)`` is called before later
+        resets.
+        """
         self._on_reset = on_reset or self._on_reset
         self._python_peripherals = tuple(peripherals)
         self.python = PythonPeripherals(soc, self._python_peripherals)
@@ -174,7 +169,7 @@ class Core(FcuChip):
 
     @property
     def skipped(self) -> int:
-        """The number of skipped repetitions, which were counted but not executed."""
+        """Repetitions that were counted but not executed."""
         return self.status().skipped
 
     @property
@@ -224,7 +219,7 @@ class Core(FcuChip):
 
     @property
     def active(self) -> int:
-        """The active exceptions, including preempted ones. Bit n is exception n."""
+        """Active exceptions, including preempted ones. Bit n is exception n."""
         return _mask(self.status().active)
 
     def priority(self, exception: int) -> int:
@@ -233,7 +228,7 @@ class Core(FcuChip):
         return priority
 
     def preempts(self, exception: int, masks: Masks) -> bool:
-        """Return whether an exception can preempt the active ones with these masks (ARMv7-M ARM B1.5.4)."""
+        """Return whether an exception can preempt the active ones (ARMv7-M ARM B1.5.4)."""
         library, handle = self.library, self.handle
         group: int = library.fcu_priority_group(handle, self.priority(exception))
         return bool(group < library.fcu_execution_priority(handle, *masks))
@@ -247,7 +242,7 @@ class Core(FcuChip):
         self.clock.now_ps = max(self.clock.now_ps, self.shared[0])
 
     def resume(self, step: bool) -> None:
-        """Resume. ``step``: halt again after one instruction or exception entry."""
+        """Resume. ``step``: halt after one instruction or exception entry."""
         self.stepping = step
         self.library.fcu_resume(self.handle, step)
 
@@ -263,7 +258,7 @@ class Core(FcuChip):
         self.raise_error()
 
     def debug(self, on: bool) -> None:
-        """Select if BKPT halts the core or causes a fault."""
+        """Select whether BKPT halts the core or faults."""
         self.library.fcu_debug(self.handle, on)
 
     def halted_on_bkpt(self) -> bool:
@@ -298,19 +293,19 @@ class Core(FcuChip):
         return self.python.peek(address)
 
     def poke(self, address: int, data: bytes) -> bool:
-        """Write 1, 2 or 4 aligned bytes with all effects. Return False if the address has no register."""
+        """Write 1, 2 or 4 aligned bytes with all effects. Return False without a register."""
         stored = self.library.fcu_store(self.handle, address, len(data), int.from_bytes(data, "little"))
         self.raise_error()
         return bool(stored)
 
     def read(self, address: int, size: int) -> bytes | None:
-        """Read as DMA does, with side effects. Return None after a bus error."""
+        """Read like DMA, with side effects. Return None after a bus error."""
         value = ctypes.c_uint32()
         loaded = self.library.fcu_load(self.handle, address, size, ctypes.byref(value))
         return value.value.to_bytes(size, "little") if loaded else None
 
     def write(self, address: int, data: bytes) -> bool:
-        """Write as DMA does, but never to the flash. Return False after a bus error."""
+        """Write like DMA, but never to flash. Return False after a bus error."""
         value = int.from_bytes(data, "little")
         return bool(self.library.fcu_store(self.handle, address, len(data), value))
 

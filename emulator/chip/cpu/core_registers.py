@@ -1,4 +1,4 @@
-"""The core's registers by name, several at a time."""
+"""Core registers by name, several at a time."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ RegisterCalls = tuple["memoryview[int]", Callable[[], object], Callable[[], obje
 
 
 class Engine(Protocol):
-    """A core whose registers can be read and written."""
+    """A core whose registers are accessible."""
 
     def register_calls(self, names: tuple[str, ...]) -> RegisterCalls:
         """Return the calls for these names."""
 
 
 class CoreRegisters:
-    """Registers that are accessed in one call. ``words`` contains their values."""
+    """Registers that are accessed in one call, with values in ``words``."""
 
     def __init__(self, engine: Engine, names: Sequence[str]) -> None:
         self.names = tuple(names)

@@ -1,4 +1,6 @@
-"""Exceptions (ARMv7-M ARM table B1-4, RM0368 table 38) and faults (ARMv7-M ARM B1.5.14, B3.2.15, B3.2.16)."""
+"""Exceptions (ARMv7-M ARM table B1-4, RM0368 table 38) and faults (ARMv7-M ARM B1.5.14, B3.2.15,
+B3.2.16).
+"""
 
 from __future__ import annotations
 
@@ -38,7 +40,7 @@ VECTTBL, FORCED, DEBUGEVT = masks(scb.HFSR.VECTTBL, scb.HFSR.FORCED, scb.HFSR.DE
 
 @dataclass(frozen=True, slots=True)
 class CoreFault:
-    """A fault with its bits in CFSR and HFSR, and the address for BFAR."""
+    """A fault with bits of CFSR and HFSR, and BFAR's address."""
 
     exception: int
     cfsr: int = 0

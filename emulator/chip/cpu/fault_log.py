@@ -1,4 +1,4 @@
-"""The core's faults, with the state before the exception entry."""
+"""The core's faults, with the state before exception entry."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _SP, _LR, _XPSR = 13, 14, 16
 
 
 def word_of(ram: bytes, address: int) -> int | None:
-    """Return a word of a copy of the RAM."""
+    """Return a word of copied RAM."""
     offset = address - RAM
     if 0 <= offset <= len(ram) - 4:
         return int.from_bytes(ram[offset : offset + 4], "little")
@@ -28,9 +28,7 @@ def word_of(ram: bytes, address: int) -> int | None:
 
 @dataclass(frozen=True)
 class FaultRecord:
-    """One fault. ``registers`` contains R0 to R12, SP, LR, PC and xPSR. ``active`` has a bit for each
-    exception.
-    """
+    """One fault. ``registers``: R0 to R12, SP, LR, PC, xPSR. ``active``: a bit per exception."""
 
     t_ps: int
     fault: CoreFault
@@ -55,7 +53,7 @@ class FaultRecord:
         return self.registers[_XPSR] & 0x1FF
 
     def follows(self, other: FaultRecord) -> bool:
-        """Return whether this is a consequence of the previous fault."""
+        """Return whether this is a consequence of ``other``."""
         if self.fault.cfsr & STKERR:
             return self.t_ps - other.t_ps <= PS_PER_US
         return bool(self.active & FAULT_HANDLERS)
@@ -80,7 +78,7 @@ class LostStore:
 class FaultLog:
     """Records the core's faults, and the first store that FLASH refused.
 
-    ``origin`` is the latest fault that is not a consequence; it has occurred ``times`` in quick succession.
+    ``origin``: the latest fault that is not a consequence, seen ``times`` in quick succession.
     """
 
     def __init__(self, core: Core) -> None:

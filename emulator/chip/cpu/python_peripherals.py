@@ -1,4 +1,4 @@
-"""The peripherals in Python, which firmware accesses rarely, and addresses without a peripheral."""
+"""Peripherals in Python, and addresses without a peripheral."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ NOT_MODELLED = {
 
 
 class UnmodelledPeripheral(Peripheral):
-    """A peripheral of which only the name is known."""
+    """A peripheral with nothing but a name."""
 
     def read(self, offset: int) -> int:
         del offset
@@ -79,7 +79,7 @@ class UnmodelledPeripheral(Peripheral):
 
 
 def unmodelled_peripherals(soc: Soc) -> list[UnmodelledPeripheral]:
-    """Return one object for each."""
+    """Return all unmodelled peripherals."""
     return [UnmodelledPeripheral(soc, name, *memory_map.ADDRESSES[name]) for name in NOT_MODELLED]
 
 
@@ -101,7 +101,7 @@ _RANGES = (
 
 
 class PythonPeripherals:
-    """All peripherals by address. A note about an access is added once for each register."""
+    """All peripherals by address. Each register's accesses are noted once."""
 
     def __init__(self, soc: Soc, peripherals: Iterable[Peripheral]) -> None:
         self._soc = soc
@@ -122,7 +122,7 @@ class PythonPeripherals:
         return next((one for one in self._reserved if one.base <= address < one.base + one.size), None)
 
     def read(self, address: int, size: int) -> tuple[int, int]:
-        """Return value and validity; the validity can be ``NO_REGISTER_PS`` or ``EMPTY_PAGE_PS``."""
+        """Return value and validity, which may be ``NO_REGISTER_PS`` or ``EMPTY_PAGE_PS``."""
         peripheral = self.find(address)
         assert peripheral is not None, f"0x{address:08X} is not on the bus"
         register = address - peripheral.base & 0xFFFF_FFFC
@@ -165,9 +165,7 @@ class PythonPeripherals:
         self._report(peripheral, "forbidden", f"{what}-without-clock", text, register)
 
     def report_write_without_clock(self, peripheral: Peripheral, register: int, value: int) -> bool:
-        """Report a write that would have changed the register from its value after reset. Return False for
-        other writes.
-        """
+        """Report a write that would change the reset value, else return False."""
         declared = DECLARED.get(peripheral.name)
         known = declared.by_offset.get(register) if declared else None
         changes = known is None or bool((value ^ known.reset) & known.stored)

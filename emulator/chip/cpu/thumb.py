@@ -1,4 +1,4 @@
-"""A decoder of Thumb instructions for following a loop (ARMv7-M ARM A5)."""
+"""A decoder of Thumb instructions in loops (ARMv7-M ARM A5)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import Enum, auto
 
 
 class Flow(Enum):
-    """The ways in which execution continues after an instruction."""
+    """Ways to continue after an instruction."""
 
     NEXT = auto()
     JUMP = auto()  # to ``target``
@@ -31,7 +31,7 @@ class Instruction:
 
 
 def decode(address: int, first: int, second: int) -> Instruction:
-    """Return an instruction; only those of 32 bits need ``second``."""
+    """Return an instruction. Only those of 32 bits need ``second``."""
     if first >> 11 in (0b11101, 0b11110, 0b11111):
         return _decode_32(address, first, second)
     return _decode_16(address, first)

@@ -1,11 +1,4 @@
-"""The values that parts of a firmware compute, logged while it runs (cpu/value_log.c).
-
-::
-
-    with ValueLog(core, [(0x0800_1000, 0x0800_1200)]) as log:
-        core.run_until_ps(2 * PS_PER_S)
-        log.take()["address"]                         # of the instructions
-"""
+"""Log of the values that firmware computes (cpu/value_log.c)."""
 
 from __future__ import annotations
 
@@ -51,10 +44,10 @@ class _Log(ctypes.Structure):
 
 
 class ValueLog:
-    """Log the values of the instructions in ``ranges`` (begin, end) while the context is active.
+    """Logs the values that instructions in ``ranges`` (begin, end) compute while the context is
+    active.
 
-    A value that the same instruction has computed before is logged only once. Time and results of the run do not
-    change.
+    An instruction's repeated values are logged once.
     """
 
     def __init__(self, core: Core, ranges: Iterable[tuple[int, int]]) -> None:
@@ -76,11 +69,11 @@ class ValueLog:
 
     @property
     def lost(self) -> int:
-        """The number of values since the latest :meth:`take` that did not fit into the log."""
+        """Number of values since :meth:`take` that did not fit."""
         return self._log.lost
 
     def take(self) -> Values:
-        """Return the values logged since the last call, of type ``VALUE``, and begin again."""
+        """Return and clear the logged ``VALUE`` records."""
         values = self._values[: self._log.count].copy()
         self._log.count = self._log.lost = self._log.address = 0
         ctypes.memset(self._log.keys, 0, ctypes.sizeof(self._log.keys))
@@ -92,9 +85,9 @@ class ValueLog:
 
 
 def as_numbers(values: Values) -> dict[str, npt.NDArray[Any]]:
-    """Return the values as each type that the registers may hold: int32, float32 and float64.
+    """Return the values as arrays of int32, float32 and float64.
 
-    The arrays have the length of ``values``. An element is nan if its register cannot hold the type.
+    An element is nan if its register cannot hold the type.
     """
     words = values["value"]
     is_float_register = values["number"] >= FIRST_FLOAT

@@ -1,4 +1,4 @@
-"""The costliest part of a run, as counted in C (``work.h``)."""
+"""The costliest part of a run (``work.h``)."""
 
 from __future__ import annotations
 

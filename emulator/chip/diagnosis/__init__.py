@@ -1,4 +1,4 @@
-"""Diagnosis of firmware that does not work, in a student's words.
+"""Diagnosis of faulty firmware, in a student's words.
 
 ::
 
@@ -6,8 +6,9 @@
     board.run_for(3)
     print(board.chip.diagnosis() or "all is well")
 
-Decision: a diagnosis is computed once, at the end of a run, from the state of the chip. Sampling the program counter
-would slow down correct runs and prove nothing, but a copy of core and memory proves endless loops.
+Decision: a diagnosis is computed once, at the end of a run, from the state of the chip. Samples of
+the program counter would slow down correct runs and prove nothing. A copy of core and memory proves
+endless loops.
 """
 
 from fcu_emulator.emulator.chip.diagnosis.diagnose import diagnose, findings

@@ -1,7 +1,8 @@
-"""Places in a program, and their chain of callers.
+"""Places in a program, and their callers.
 
-Decision: callers are found by a search of the stack (ARMv7-M ARM B1.5.6, B1.5.8), because student files rarely describe
-their frames. A word behind a BL or BLX is a return address unless the BL leads to another function.
+Decision: callers are found by a search of the stack (ARMv7-M ARM B1.5.6, B1.5.8), because student
+files rarely describe their frames. A word behind a BL or BLX is a return address unless the BL
+leads to another function.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ _MAX_FUNCTIONS = 500
 
 
 class Places:
-    """Converts addresses to names; for stripped firmware, to numbers."""
+    """Converts addresses to names, else to numbers."""
 
     def __init__(self, image: FirmwareImage) -> None:
         self._symbols = image.symbols
@@ -60,13 +61,11 @@ class Places:
         return self._symbols.address_of(name) if self._symbols and name else None
 
     def end_of_variables(self) -> int | None:
-        """Return the end of ``.bss``, by the linker script's usual symbols."""
+        """Return the end of ``.bss`` by the linker's usual symbols."""
         return self.address_of("_end", "end", "_ebss", "__bss_end__")
 
     def call_of(self, names: Container[str], start: int, code: ReadCode) -> tuple[int, str] | None:
-        """Return the call in ``start`` that leads to one of ``names``, directly or through other functions.
-        Calls by pointer are not followed.
-        """
+        """Return the call in ``start`` that leads to one of ``names``, but not by pointer."""
         waiting, seen = deque([(start, 0)]), {start}
         while waiting and len(seen) < _MAX_FUNCTIONS:
             address, first_site = waiting.popleft()
@@ -164,7 +163,7 @@ class Backtrace:
         return f"{how} {self._places.place(call.address)}{times}"
 
     def _outward(self, pc: int, lr: int, sp: int) -> Iterator[Call]:
-        """Return all callers. In Thread mode, words beyond the outermost function's frame are old data."""
+        """Return all callers. In Thread mode, words beyond the outermost frame are old data."""
         current, address = pc, max(sp & ~3, RAM_MEMORY.start)
         frame, exc_return = 0, 0
         if lr in _EXC_RETURNS:  # the handler has not saved LR

@@ -1,4 +1,4 @@
-"""Diagnoses of a chip at the end of a run, the most severe first."""
+"""Diagnoses of a chip after a run, the most severe first."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ _SET_UP_PS = PS_PER_S // 2
 
 
 def diagnose(arm: RunningFirmware) -> Diagnosis | None:
-    """Return the worst problem of the firmware now, without changing the board."""
+    """Return the firmware's worst problem."""
     return next(findings(arm), None)
 
 
@@ -193,12 +193,14 @@ _WAITING = {
 
 
 def slow_callback(chip: Chip, places: Places) -> Diagnosis | None:
-    """Report the first timer that loses over a tenth of its ticks, or some because of a waiting call.
+    """Report the first timer that loses over a tenth of its ticks, or some because of a waiting
+    call.
 
-    A handler that takes longer than the period is entered again at once. Therefore its duration is the period
-    times the number of due ticks for each handled tick.
+    The duration of a handler that takes longer than the period is the period times the due ticks
+    per handled tick.
 
-    Decision: a slow timer callback is never called a failure, because a scenario may slow the bus down on purpose.
+    Decision: a slow timer callback is never called a failure, because a scenario may slow the bus
+    down on purpose.
     """
     for timer in chip.timers.values():
         if timer.ticks < _FEWEST_TICKS or not timer.rate_hz:
@@ -271,7 +273,7 @@ _SP, _LR, _PC = 13, 14, 15
 
 
 def reset_report(core: Core, places: Places, fault: FaultRecord | None) -> Diagnosis | None:
-    """Report the place of the latest reset by a watchdog, or of repeated resets."""
+    """Report the latest watchdog reset, or repeated resets."""
     resets = core.resets
     if not resets or (resets[-1][1] not in _WATCHDOGS and len(resets) < _MANY_RESETS):
         return None

@@ -1,4 +1,4 @@
-"""Evidence about a stuck program: the latest transfers, and notes about unusable peripherals."""
+"""Evidence about a stuck program: latest transfers and peripheral notes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _DEVICE_ADDRESSES = range(0x08, 0x78)  # addresses of devices (NXP UM10204 table
 
 
 def nobody(signals: BoardSignals, bus: I2CBus, address: int) -> Cause:
-    """Return the cause of transfers to an address without a device."""
+    """Return why no device answers at an address."""
     devices = {
         known: target.name() for known in _DEVICE_ADDRESSES if (target := bus.target(known)) is not None
     }
@@ -46,7 +46,7 @@ def nobody(signals: BoardSignals, bus: I2CBus, address: int) -> Cause:
 
 
 def absent(signals: BoardSignals, used: str) -> str:
-    """Report that firmware uses another bus than the sensors'."""
+    """Report that the sensors are on another bus."""
     wiring, other = signals.wiring, signals.board.wiring_with(used)
     text = f"With wiring {wiring.name} the sensors are on {wiring.bus}, not on {used}: "
     text += f"build the firmware for {wiring.bus}"
@@ -97,7 +97,7 @@ class RecentTransfers:
         return [f"{at(transfer.t_ps)}  {_text(transfer, self._signals.i2c)}" for transfer in transfers]
 
     def failure(self) -> Cause | None:
-        """Return the cause of a held line, or of the failure of the latest transfer."""
+        """Return the cause of a held line or failed latest transfer."""
         for bus in self._i2c:
             if any(fault.kind == "stuck" for fault in bus.faults(self._now_ps)):
                 text = f"a line of {bus.name} is held low"
@@ -117,7 +117,7 @@ class RecentTransfers:
         return None
 
     def silent_sensors(self) -> Cause | None:
-        """Report selected sensors without an answer: reads of 0xFF, or of 0x00 including WHO_AM_I, which is never 0x00."""
+        """Report reads of only 0xFF, or of only 0x00 including WHO_AM_I."""
         reads = [transfer for transfer in self.latest if transfer.read]
         values = {value for transfer in reads for value in transfer.read}
         identified = any(transfer.register == "WHO_AM_I" for transfer in reads)
@@ -232,7 +232,7 @@ class PeripheralNotes:
         ]
 
     def without_clock(self) -> list[str]:
-        """Return peripherals that were written without clock and never got a clock afterwards."""
+        """Return peripherals that were written without clock and never clocked afterwards."""
         first_ps: dict[str, int] = {}
         for note in self._notes:
             if note.problem == "written-without-clock":
@@ -244,7 +244,7 @@ class PeripheralNotes:
         ]
 
     def cause(self, among: Container[str] | None = None) -> Cause | None:
-        """Return the first peripheral without clock as the cause; if ``among`` is given, only one of these."""
+        """Return the first peripheral without clock, of ``among`` if given."""
         for name in self.without_clock():
             if among is not None and name not in among:
                 continue
@@ -261,7 +261,7 @@ class PeripheralNotes:
         return None
 
     def lines(self) -> list[str]:
-        """Return the first note of each peripheral and kind."""
+        """Return the first notes as text lines."""
         lines = [f"{at(note.t_ps)}  {note.device} {note.text}" for note in self._notes]
         return lines[:_NOTES_SHOWN] + (
             [f"and {len(lines) - _NOTES_SHOWN} more"] if len(lines) > _NOTES_SHOWN else []

@@ -1,4 +1,4 @@
-"""Detection of ``^`` used for a power in the lab's arithmetic (ARMv7-M ARM A7.7.35, A7.7.36)."""
+"""Detection of ``^`` as a power in the lab's arithmetic (ARMv7-M ARM A7.7.35, A7.7.36)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _SIGN_BIT = 0x400
 
 
 def exclusive_or(places: Places, code: ReadCode) -> str:
-    """Return the first exclusive or in the slides' functions or their callers."""
+    """Return the first exclusive or in the slides' functions or callers."""
     for names in (_ARITHMETIC, _CALLERS):
         starts = [start for name in names if (start := places.address_of(name)) is not None]
         functions = (places.function(start) for start in starts)
@@ -46,7 +46,7 @@ def _found_in(function: FunctionAt, code: ReadCode) -> Iterator[int]:
 
 
 def _constants(address: int, first: int, second: int) -> Iterator[int]:
-    """Return the words loaded relative to the PC (A7.7.7, A7.7.44, A7.7.51, A7.7.236)."""
+    """Return words loaded relative to the PC (A7.7.7, A7.7.44, A7.7.51, A7.7.236)."""
     base = address + 4 & ~3
     if first >> 11 == 0b01001:
         yield base + 4 * (first & 0xFF)

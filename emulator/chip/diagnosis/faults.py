@@ -1,4 +1,4 @@
-"""The text about a fault: place, cause, registers, callers and consequences."""
+"""The report of a fault."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ HFSR: Final[Mapping[str, str]] = {
 
 
 def decoded(register: type[Word], value: int, meanings: Mapping[str, str]) -> Iterator[str]:
-    """Return ``CFSR 0x00008200``, then a line for each set bit, lowest first."""
+    """Return ``CFSR 0x00008200``, then a line per set bit, lowest first."""
     yield f"{register.__name__} 0x{value:08X}"
     for bits in reversed(register.fields):
         if value & bits.mask:
@@ -117,7 +117,7 @@ def _stores(pc: int, code: ReadCode) -> bool:
 
 
 def lost_store_report(store: LostStore | None, code: ReadCode, places: Places) -> Diagnosis | None:
-    """Report the first store to locked flash, which is also at address 0."""
+    """Report the first store to locked flash, also at address 0."""
     if store is None:
         return None
     *_, sp, lr, pc, _ = store.registers
@@ -163,7 +163,7 @@ def _of_null(address: int) -> Cause:
 
 
 def stack_overflows(record: FaultRecord, places: Places) -> bool:
-    """Return whether the stack pointer is outside of the stack's memory."""
+    """Return whether the stack pointer is outside the stack."""
     end = places.end_of_variables()
     return record.sp < (RAM_MEMORY.start if end is None else end)
 
@@ -303,7 +303,7 @@ _RESETS_OF_A_LOOP = 10
 
 
 def is_reset_endlessly(core: Core) -> bool:
-    """Return whether resets follow each other within a second, and the next one is not overdue."""
+    """Return whether resets follow within a second, and the next is not overdue."""
     times_ps = [t_ps for t_ps, _ in core.resets][-_RESETS_OF_A_LOOP:]
     if len(times_ps) < _RESETS_OF_A_LOOP:
         return False

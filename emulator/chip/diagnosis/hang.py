@@ -1,7 +1,7 @@
-"""Firmware in an endless loop: its condition, and why it never becomes true.
+"""Firmware in an endless loop, and why its condition never becomes true.
 
-Decision: a loop in ``main()`` that reads nothing counts as correct while interrupts of peripherals are
-enabled. Without such interrupts it may be the intended end, so it is not a failure. Code on the process stack
+Decision: a loop in ``main()`` that reads nothing counts as correct while interrupts of peripherals
+are enabled. Otherwise it may be the intended end, so it is not a failure. Code on the process stack
 is not checked.
 """
 
@@ -79,9 +79,7 @@ _TICKING = systick.SYST_CSR.ENABLE.mask | systick.SYST_CSR.TICKINT.mask
 
 
 class Interrupts:
-    """The interrupts that can be taken in the core's present state, or at any instruction of a loop with
-    ``masks``.
-    """
+    """The interrupts that can be taken now, or anywhere in a loop with ``masks``."""
 
     def __init__(self, core: Core, masks: Iterable[Masks] = ()) -> None:
         self._core = core
@@ -130,7 +128,7 @@ _PATIENCE_PS = 3 * PS_PER_S  # the 32 kHz crystal needs 2 s
 
 
 class Waits:
-    """``quiet_ps``: the time since the last event outside of the chip."""
+    """``quiet_ps``: the time since the last outside event."""
 
     def __init__(self, chip: Chip, places: Places, quiet_ps: int) -> None:
         self._chip = chip
@@ -188,7 +186,7 @@ _SPSEL = 1 << 1  # CONTROL: Thread mode uses the process stack
 
 
 class Hang:
-    """The chip's present state, the last event outside of the chip, and the bus problem."""
+    """The chip's state, its last outside event, and the bus problem."""
 
     def __init__(
         self,
@@ -337,9 +335,7 @@ class Hang:
         )
 
     def _outermost(self, loop: Loop) -> int:
-        """Return the function in the loop that calls the others, or the loop's last instruction. Both do not
-        depend on where the run ended.
-        """
+        """Return the loop's outermost call or last instruction, wherever the run ended."""
         calls = [call.address for call in self._calls if call.address != self._pc]
         inside = [address for address in calls if {address, address - 2} & loop.code]
         return inside[-1] if inside else max(loop.code, default=self._pc)

@@ -1,6 +1,6 @@
 """Detection of numbers that printf could not print, by the format strings in flash.
 
-Matching never backtracks, so hostile formats cannot make it slow.
+Matching never backtracks, so hostile formats cannot slow it.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Format(NamedTuple):
 
 
 class FormattedLine(NamedTuple):
-    """A line of the terminal with its format and values."""
+    """A terminal line with its format and values."""
 
     line: str
     made_by: Format

@@ -1,7 +1,7 @@
 """A test for endless loops, in a copy of the core.
 
-A loop is endless if the state of core and RAM repeats while the values that the loop reads do not change. A loop that
-writes to peripherals, or has reads with side effects, does work and is not endless.
+A loop is endless if core and RAM repeat while the values that it reads stay the same. A loop that
+writes to peripherals, or has reads with side effects, is not endless.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ _VTOR = address_of("SCB", scb.VTOR)
 class Loop:
     """A loop that only repeats itself.
 
-    ``code``: its instructions; ``variables``: addresses in RAM that it reads; ``registers``: (peripheral, offset,
-    value) read; ``masks``: the values of PRIMASK, BASEPRI and FAULTMASK.
+    ``code``: instructions; ``variables``: RAM addresses that it reads; ``registers``: (peripheral,
+    offset, value) read; ``masks``: values of PRIMASK, BASEPRI and FAULTMASK.
     """
 
     code: frozenset[int]
@@ -38,7 +38,7 @@ class Loop:
 
 
 class Probe:
-    """A copy of ``core`` for one test. It is not kept, because copies are large."""
+    """A copy of ``core`` for one test."""
 
     def __init__(self, core: Core) -> None:
         self._core = core
@@ -57,8 +57,8 @@ class Probe:
         copy.watch_memory(RAM, RAM + RAM_SIZE - 1)
 
     def resume(self, frame: int) -> None:
-        """Continue the code that was interrupted at ``frame`` (ARMv7-M ARM B1.5.6). R4 to R11 keep the
-        handler's values.
+        """Continue code interrupted at ``frame`` (ARMv7-M ARM B1.5.6). R4 to R11 keep the handler's
+        values.
         """
         saved = [self._core.peek(frame + 4 * n) or 0 for n in range(8)]
         names = ("r0", "r1", "r2", "r3", "r12", "lr", "pc", "xpsr")
@@ -93,8 +93,7 @@ class Probe:
         return None
 
     def handle(self, exception: int) -> frozenset[int] | None:
-        """Run an exception handler. Return the addresses that it changes in RAM, or None if it has other
-        effects.
+        """Run an exception handler. Return the changed RAM addresses, or None after other effects.
         """
         with closing(self._copy) as copy:
             return self._handle(copy, exception)

@@ -1,7 +1,7 @@
 """A variable that is read once before a loop: ``volatile`` is missing.
 
-A compiler may turn ``while (!ready) {}`` into one load and a loop that reads nothing. Execution in a copy proves that
-only another value of the variable, read before the loop, keeps execution in it.
+A compiler may turn ``while (!ready) {}`` into one load and a loop without reads. A copy proves that
+only another value, loaded before the loop, keeps execution in it.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _OTHER_VALUES = (0, 1, 0xFFFF_FFFF, 0x7FFF_FFFF, 0x8000_0000)
 
 
 def read_once(core: Core, places: Places, loop: frozenset[int]) -> Cause | None:
-    """Return the variable because of which the loop was entered, if it has changed since."""
+    """Report the variable whose earlier value led into the loop."""
     condition = _Condition(core, max(loop))
     starts = _instructions(core, places, min(loop))
     seen = (condition.decided_by(start) for start in starts)
@@ -56,7 +56,7 @@ def _instructions(core: Core, places: Places, begin: int) -> Iterator[int]:
 
 
 class _Variable(NamedTuple):
-    """``load`` is the address of the instruction that reads it."""
+    """``load`` is the address of the reading instruction."""
 
     address: int
     load: int
@@ -70,7 +70,7 @@ class _Load(NamedTuple):
 
 
 class _Condition:
-    """The instructions around a loop, executed by a copy of the core."""
+    """The instructions around a loop, executed in a copy."""
 
     def __init__(self, core: Core, last: int) -> None:
         self._last = last
@@ -96,7 +96,7 @@ class _Condition:
         return None
 
     def _stays(self, start: int, other: tuple[int, bytes] | None = None) -> bool | None:
-        """Return whether execution stays in the loop, or None if it has other effects."""
+        """Return whether execution stays in the loop; None for other effects."""
         copy = self._copy
         copy.ram[:] = self._ram
         if other is not None:

@@ -34,10 +34,7 @@ _INDENT = "  "
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """A problem of the firmware; ``str()`` gives the whole text.
-
-    :mod:`fcu_emulator.emulator.analysis.mistakes` adds the kinds that compare with the world and the sensors.
-    """
+    """A problem of the firmware; ``str()`` gives the whole text."""
 
     kind: Kind
     summary: str
@@ -53,22 +50,22 @@ class Diagnosis:
 
 
 class Cause(NamedTuple):
-    """The reason in a few words, and details in sentences."""
+    """A short reason, and details in sentences."""
 
     short: str
     sentences: list[str]
 
 
 def section(title: str, lines: list[str]) -> list[str]:
-    """Return a title with indented lines, or [] without lines."""
+    """Return a title with indented lines; [] without lines."""
     return [f"{title}:", *(f"{_INDENT}{line}" for line in lines)] if lines else []
 
 
 def at(t_ps: int) -> str:
-    """Return seconds of virtual time as text, to the microsecond."""
+    """Return virtual seconds as text, to the microsecond."""
     return f"{t_ps / PS_PER_S:.6f} s"
 
 
 def milliseconds(duration_ps: int) -> str:
-    """Return a duration as text, such as ``2.1 ms``."""
+    """Return a duration as text: ``2.1 ms``."""
     return f"{duration_ps / PS_PER_MS:.3g} ms"

@@ -1,6 +1,6 @@
 """Peripherals that were never or wrongly configured.
 
-The functions that the linker kept show the program's intention.
+The linked functions show the program's intention.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ _LINES_SHOWN = 8
 
 
 def printed_elsewhere(chip: Chip, signals: BoardSignals) -> Diagnosis | None:
-    """Report output on a USART without a terminal, if the terminal got none."""
+    """Report output on another USART, if the terminal got none."""
     output = chip.usarts.unconnected_output()
     if not output or signals.uart.received_count():
         return None
@@ -130,7 +130,7 @@ def _other_bus_on(chip: Chip, signals: BoardSignals) -> str:
 
 
 def bus_never_on(chip: Chip, signals: BoardSignals, places: Places) -> Cause | None:
-    """Report calls of bus functions if no bus of the board is switched on."""
+    """Report calls of bus functions while no bus is on."""
     peripherals = chip.core.peripherals
     talks = places.address_of(*_TALKS_TO_SENSORS) is not None
     used = any(bus.recent_transfers() for bus in signals.i2c.values()) or any(
@@ -166,7 +166,7 @@ _SR = 0x08
 
 
 def byte_left(chip: Chip, signals: BoardSignals) -> Cause | None:
-    """Report a received byte in the DR of an idle SPI. The next transfer would read it as its first byte."""
+    """Report a byte left in the DR of an idle SPI."""
     for name, bus in signals.spi.items():
         status = chip.core.peripherals[name].peek(_SR)
         idle = all(signals.gpio.level(select[1], int(select[2:])) for select in bus.chip_selects)
@@ -192,7 +192,7 @@ def _left_in(name: str) -> Cause:
 
 
 def not_enabled(chip: Chip) -> Diagnosis | None:
-    """Report a timer, bus or stream whose interrupt the NVIC does not enable."""
+    """Report a requested interrupt that the NVIC does not enable."""
     core = chip.core
     waiting = core.pending & ~core.enabled & ~core.active
     for number in bits(waiting >> FIRST_INTERRUPT << FIRST_INTERRUPT):
@@ -245,7 +245,7 @@ def _why_no_ticks(chip: Chip, usual: str) -> tuple[str, str]:
 
 
 def wrong_rate(chip: Chip, signals: BoardSignals) -> Diagnosis | None:
-    """Report the lab's program with a timer at another rate than 800 Hz."""
+    """Report a lab timer with another rate than 800 Hz."""
     if not any(word in signals.uart.received() for word in _LAB):
         return None
     timers = [timer for timer in chip.timers.values() if timer.ticks > 1 and timer.rate_hz]

@@ -1,3 +1,1 @@
-"""The GDB remote serial protocol. Quoted names are sections of the appendix with this title in the GDB
-manual.
-"""
+"""The GDB remote serial protocol. Quoted names are sections of the GDB manual."""

@@ -1,11 +1,4 @@
-"""A debugger's server for a board with firmware for the chip, and the ``monitor`` commands.
-
-::
-
-    server = serve(board, 3333)
-    while not server.killed:
-        server.run_until(board.now_s + 0.001)        # instead of board.run_until
-"""
+"""A debugger's server for compiled firmware, and the ``monitor`` commands."""
 
 from __future__ import annotations
 
@@ -35,8 +28,8 @@ class DebuggedBoard(Protocol):
 def serve(board: DebuggedBoard, port: int, halted: bool = False) -> GdbServer:
     """Listen for a debugger on ``port`` of 127.0.0.1; 0 selects a free port.
 
-    ``halted``: wait before the first instruction. Raises InputError without firmware for the chip, LinkError if the
-    port is not available.
+    Use the server's ``run_until`` instead of the board's. ``halted``: wait before the first
+    instruction. Raises InputError without compiled firmware, and LinkError for an unavailable port.
     """
     firmware = board.chip
     if firmware is None:
@@ -84,7 +77,7 @@ reset                    reset the chip and halt it; then: maintenance flush reg
 
 
 class Monitor:
-    """Executes ``monitor`` commands. The answer to an invalid command is an error message."""
+    """Executes ``monitor`` commands; an invalid one gets an error message."""
 
     def __init__(
         self,

@@ -1,13 +1,12 @@
 """The chip as a debugger's target.
 
-Decision: resuming from a breakpoint makes a single step first, in a separate run. A waiting loop with a breakpoint is
-therefore never skipped.
+Decision: resuming from a breakpoint makes a single step first, in a separate run. A waiting loop
+with a breakpoint is therefore never skipped.
 
-Decision: with a debugger, BKPT halts the core (ARMv7-M ARM C1.4.1), and execution resumes after it. Otherwise it would
-halt there forever.
+Decision: with a debugger, BKPT halts the core (ARMv7-M ARM C1.4.1), and execution resumes after it.
 
-Decision: watchpoints monitor every load and store in one range that covers all of them, including registers. DMA and
-exception frames are not detected.
+Decision: watchpoints monitor every load and store in one range that covers all of them, including
+registers. DMA and exception frames are not detected.
 """
 
 from __future__ import annotations
@@ -38,9 +37,9 @@ _Range = tuple[Point, int, int, int]
 
 
 class Points:
-    """The requested points, set in the core when it resumes.
+    """Points that are set in the core when it resumes.
 
-    GDB removes and inserts all points at each stop. ``accessed(point, address)`` is called during watched accesses.
+    ``accessed(point, address)`` is called during watched accesses.
     """
 
     def __init__(self, core: Core, accessed: Callable[[Point, int], None]) -> None:
@@ -243,7 +242,7 @@ class CoreTarget:
         self._core.resume(self._single_step or on_point)
 
     def _reason(self) -> HaltReason | None:
-        """Return why the core has halted; None after a step past a breakpoint."""
+        """Return why the core halted; None after stepping past a breakpoint."""
         hit, self._hit = self._hit, None
         self._on_bkpt |= self._core.halted_on_bkpt()
         if hit is not None:

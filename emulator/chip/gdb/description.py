@@ -1,7 +1,8 @@
-"""Registers, in the order of their packet numbers, and memory ("Target Descriptions", "Memory Map Format", "ARM
-Features").
+"""Registers, in the order of their packet numbers, and memory ("Target Descriptions", "Memory Map
+Format", "ARM Features").
 
-Decision: floating-point registers are described as d0 to d15, because GDB derives s0 to s31 from them.
+Decision: floating-point registers are described as d0 to d15, because GDB derives s0 to s31 from
+them.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ _SECTOR = 0x4000  # the smallest sector (RM0368 table 5)
 
 
 class GdbRegister(NamedTuple):
-    """A register as a debugger's packets contain it. ``parts`` has the low word first."""
+    """A register in a debugger's packets. ``parts``: the low word first."""
 
     name: str
     parts: tuple[str, ...]

@@ -1,6 +1,6 @@
 """Packets and their parts ("Overview", "Packet Acknowledgment", "Interrupts").
 
-The sender is not trusted: every sequence of bytes is valid input.
+Every sequence of bytes is valid input.
 """
 
 from __future__ import annotations
@@ -112,7 +112,7 @@ _WIDEST_WATCHPOINT = 0x100
 
 
 class MalformedError(Exception):
-    """The packet violates the protocol; the answer is E01."""
+    """A protocol violation, which is answered by E01."""
 
 
 def number(text: bytes) -> int:

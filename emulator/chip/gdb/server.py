@@ -1,10 +1,10 @@
 """The debugger's TCP socket on 127.0.0.1, served between slices of virtual time.
 
-Decision: a debugger whose connection breaks counts as detached, so its breakpoints are removed and the firmware
-continues.
+Decision: a debugger whose connection breaks counts as detached, so its breakpoints are removed and
+the firmware continues.
 
-Decision: a new connection becomes the debugger only with its first valid packet. Other connections are closed, because
-any web page can send to a local port.
+Decision: a new connection becomes the debugger only with its first valid packet. Other connections
+are closed, because any web page can send to a local port.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class _Caller:
 
 
 class GdbServer:
-    """Serves ``target`` on ``port``, 0 for a free one. Raises LinkError if it is not available.
+    """Serves ``target`` on ``port``, 0 for a free one. Raises LinkError.
 
     ``halted``: wait before the first instruction. ``killed``: the debugger has ended the run.
     """
@@ -76,7 +76,7 @@ class GdbServer:
         self.run_until_ps(to_ps(seconds))
 
     def run_until_ps(self, at_ps: int) -> None:
-        """Serve the debugger, and run the target unless halted. Raises FirmwareError without one."""
+        """Serve the debugger, and run unless halted. Raises FirmwareError without a debugger."""
         self._serve(_PATIENCE_S if self.halted else 0.0)
         if self.halted or self.killed:
             return
@@ -131,7 +131,7 @@ class GdbServer:
                 self._hang_up(self._callers[0])
 
     def _hear(self, caller: _Caller) -> None:
-        """Read from a connection that is not the debugger yet."""
+        """Read from a connection before its first packet."""
         if caller not in self._callers:  # another connection became the debugger
             return
         try:

@@ -2,8 +2,8 @@
 
 E01 answers a malformed packet, E02 an impossible request, the empty packet an unsupported one.
 
-Decision: the Z packets of software and hardware breakpoints have the same effect and do not change memory. Their number
-is unlimited.
+Decision: the Z packets of software and hardware breakpoints have the same effect and do not change
+memory. Their number is unlimited.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from fcu_emulator.emulator.chip.memory_map import FLASH, FLASH_SIZE
 
 
 class StatePackets:
-    """Answers packets for a stopped target. They raise MalformedError."""
+    """Answers packets for a stopped target. Raises MalformedError."""
 
     def __init__(self, target: Target) -> None:
         self._target = target
@@ -121,7 +121,7 @@ class DebuggerExit(Enum):
 class GdbSession:
     """Answers packets about one target.
 
-    ``halted``: the target waits. ``ended``: the debugger has left. ``acknowledged``: packets need acknowledgements.
+    ``halted``: the target waits. ``ended``: the debugger has left.
     """
 
     def __init__(self, target: Target, monitor: Callable[[str], str], send: Callable[[bytes], None]) -> None:

@@ -8,7 +8,7 @@ from typing import Protocol
 
 
 class PointKind(Enum):
-    """Kinds of points, with their numbers in Z packets."""
+    """Kinds of points, numbered as in Z packets."""
 
     SOFTWARE_BREAK = 0
     HARDWARE_BREAK = 1
@@ -32,7 +32,7 @@ class Point:
 
 @dataclass(frozen=True)
 class HaltReason:
-    """The reason for a stop: a point, the end of a step (``point`` is None), or a failure."""
+    """The reason for a stop: a point, a completed step (``point`` is None), or a failure."""
 
     point: Point | None = None
     address: int = 0

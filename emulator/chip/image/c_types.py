@@ -1,4 +1,4 @@
-"""C types in little-endian layout, and their debugging entries (DWARF 5 chapter 5)."""
+"""C types in little-endian layout (DWARF 5 chapter 5)."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class CType(Protocol):
 
     @property
     def leaves(self) -> int:
-        """The number of plain values: the cost of reading."""
+        """Number of plain values: the cost of reading."""
         ...
 
     def value(self, raw: bytes, offset: int) -> CValue: ...
@@ -84,7 +84,7 @@ class Array:
 
     @cached_property
     def leaves(self) -> int:
-        """At least one for each element, because reading empty structures also takes time."""
+        """Number of plain values, at least one per element."""
         return max(self.element.leaves, 1) * self.count
 
     def value(self, raw: bytes, offset: int) -> tuple[CValue, ...]:
@@ -94,7 +94,7 @@ class Array:
 
 @dataclass(frozen=True)
 class BitField:
-    """A bit field that begins at bit ``low`` of the structure's byte."""
+    """A bit field from bit ``low`` of the structure's byte."""
 
     low: int
     bits: int
@@ -177,7 +177,7 @@ def member_at(kind: CType, offset: int) -> str:
 
 
 class TypeReader:
-    """Creates each C type once. Raises DebugInfoError if it is invalid or unsupported."""
+    """Creates each C type once. Raises DebugInfoError."""
 
     def __init__(self, info: DebugInfo) -> None:
         self._info = info
@@ -294,8 +294,8 @@ def _location(member: DebugEntry) -> int:
 
 
 def _first_bit(member: DebugEntry, bits: int, unit_size: int) -> int:
-    """Return the lowest bit, counted from the structure's start (DWARF 5 section 5.7.6). Before DWARF 4, the
-    entry counts from the unit's highest bit.
+    """Return the lowest bit from the structure's start (DWARF 5 section 5.7.6). Before DWARF 4,
+    entries count from the unit's highest bit.
     """
     first = member.number(_AT_DATA_BIT_OFFSET)
     if first is None:
@@ -323,7 +323,7 @@ _LONGEST_CHAIN = 8  # two steps: to a declaration or an origin
 
 
 class Variables:
-    """Types of variables by address, because names may repeat. Raises DebugInfoError if the file is damaged."""
+    """Variable types by address, because names may repeat. Raises DebugInfoError."""
 
     def __init__(self, info: DebugInfo) -> None:
         self._info = info

@@ -29,8 +29,8 @@ _FLOATS = {2: "<e", 4: "<f", 8: "<d"}
 def store(kind: CType, value: Any, raw: bytearray, offset: int, name: str) -> None:
     """Store ``value`` in ``raw``. Raises InputError.
 
-    Arrays take a sequence of their length. Structures take a sequence of all members, or an object or mapping with some
-    of them.
+    Arrays take a sequence of their length. Structures take a sequence of all members, or an object
+    or mapping with some.
     """
     if isinstance(kind, Float):
         raw[offset : offset + kind.size] = _float(kind, value, name)
@@ -50,7 +50,7 @@ def store(kind: CType, value: Any, raw: bytearray, offset: int, name: str) -> No
 
 
 def load_into(kind: CType, value: Any, raw: bytes, offset: int) -> None:
-    """Update a list, dictionary, object or byte array from ``raw``."""
+    """Update a mutable object from ``raw``."""
     now: Any = kind.value(raw, offset)
     if isinstance(value, bytearray):
         value[:] = raw[offset : offset + len(value)]
@@ -75,8 +75,7 @@ def alignment(kind: CType) -> int:
 
 
 def floats_of(kind: CType) -> tuple[int, int]:
-    """Return (size, count) of a homogeneous floating-point aggregate of at most four numbers (IHI 0042,
-    4.3.5), or (0, 0) for another type.
+    """Return (size, count) of a homogeneous floating-point aggregate (IHI 0042, 4.3.5), or (0, 0).
     """
     if isinstance(kind, Float):
         return (kind.size, 1) if kind.size in {4, 8} else (0, 0)

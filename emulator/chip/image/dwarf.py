@@ -1,7 +1,7 @@
 """Debugging entries in ``.debug_info`` (DWARF 2 to 5; DWARF 5 sections 2, 7.5).
 
-Decision: debugging entries are read in the order of the file, never by their sibling references. Forged references can
-form a circle. Split debug information (``-gsplit-dwarf``) is skipped.
+Decision: debugging entries are read in the order of the file, never by their sibling references.
+Forged references can form a circle. Split debug information (``-gsplit-dwarf``) is skipped.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ _DWARF64 = 0xFFFF_FFF0  # lengths from this value on announce the 64-bit format
 
 
 class Budget:
-    """The work limit for reading: a forged file can cause endless work with a short table.
+    """The work limit for reading a file, which may be forged.
 
-    An object that is kept costs ``OBJECT``, so memory is limited, too.
+    A kept object costs ``OBJECT``, which also limits memory.
     """
 
     LIMIT = 10_000_000  # some seconds; the lab's solution takes 160,000
@@ -86,7 +86,7 @@ class Cursor:
         return text
 
     def unit(self) -> Cursor:
-        """Return a cursor over the unit, and move past it."""
+        """Return a cursor over the unit, and skip it."""
         size = self.unsigned(4)
         if size >= _DWARF64:
             raise DebugInfoError(
@@ -181,7 +181,7 @@ _UNIT_TYPE, _UNIT_SPLIT_TYPE = 2, 6
 
 @dataclass(frozen=True)
 class Abbreviation:
-    """Tag and (attribute, form, implicit value) triples of all entries with one code."""
+    """Tag and (attribute, form, implicit value) triples of one code."""
 
     tag: int
     has_children: bool
@@ -202,7 +202,7 @@ class Unit:
 
 @dataclass(frozen=True)
 class DebugEntry:
-    """A debugging entry; ``values`` maps an attribute to its form and value."""
+    """A debugging entry; ``values``: (form, value) by attribute."""
 
     unit: Unit
     offset: int
@@ -221,7 +221,7 @@ class DebugEntry:
 
 
 class DebugInfo:
-    """The entries of a file. Methods raise DebugInfoError if it is damaged."""
+    """A file's entries. Methods raise DebugInfoError."""
 
     def __init__(self, sections: Sections, budget: Budget) -> None:
         self._info = sections.get(".debug_info")

@@ -1,6 +1,6 @@
 """ELF executables (ELF specification 1.2; ELF for the Arm Architecture, IHI 0044).
 
-Program headers give the flash contents. Damaged sections raise DebugInfoError, which ``Symbols`` turns into a note.
+Program headers give the flash contents. Damaged sections raise DebugInfoError.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ _MACHINES = {
 
 
 class Elf(NamedTuple):
-    """The parts of an ELF file that a firmware needs."""
+    """The parts of an ELF file that firmware needs."""
 
     segments: tuple[Segment, ...]
     sections: Sections | None
@@ -203,7 +203,7 @@ class _SectionHeader(NamedTuple):
 
 
 class Sections:
-    """Sections of an ELF file. If a name occurs more than once, the first section is used."""
+    """Sections of an ELF file, the first of each name."""
 
     def __init__(self, data: bytes, offset: int, count: int, names: int) -> None:
         self.problem: str | None = None

@@ -37,7 +37,7 @@ class Signature(NamedTuple):
 
 
 class Functions:
-    """Signatures by address. Raises DebugInfoError if the file is damaged."""
+    """Signatures by address. Raises DebugInfoError."""
 
     def __init__(self, info: DebugInfo) -> None:
         self._info = info

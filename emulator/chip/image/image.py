@@ -53,7 +53,7 @@ def checked(
     notes: tuple[str, ...] = (),
     hard_float: bool = False,
 ) -> FirmwareImage:
-    """Return the image. Raises FirmwareFileError if its vector table is invalid."""
+    """Return the image. Raises FirmwareFileError for an invalid vector table."""
     file = str(path)
     table = next((one for one in segments if one.address <= FLASH_MEMORY.start < one.end), None)
     if table is None or len(table.data) < 8:
@@ -120,7 +120,7 @@ LONGEST_FILE = 64 << 20  # bytes; ST's stock firmware with debug information has
 
 
 def load_firmware(path: str | Path) -> FirmwareImage:
-    """Return the firmware in an ELF, Intel HEX or raw binary file. Raises FirmwareFileError."""
+    """Return the firmware in an ELF, HEX or binary file. Raises FirmwareFileError."""
     return parse_firmware(_contents(Path(path)), path)
 
 
@@ -184,7 +184,7 @@ _TEXT_SAMPLE = 256  # bytes; a vector table has zero bytes, so it never looks li
 
 
 def read_binary(file: str, data: bytes) -> tuple[Segment, ...]:
-    """Return the file as flash. Raises FirmwareFileError for another kind, or if it is too long."""
+    """Return the file as flash. Raises FirmwareFileError."""
     problem = _foreign(data)
     if problem:
         raise FirmwareFileError(file, problem, kind="other_file")

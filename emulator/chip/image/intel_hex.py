@@ -31,7 +31,7 @@ def looks_like_hex(data: bytes) -> bool:
 
 
 def read_hex(file: str, data: bytes) -> tuple[Segment, ...]:
-    """Return the contents by rising address. Raises FirmwareFileError, which names the line."""
+    """Return contents by rising address. Raises FirmwareFileError."""
     if len(data) > _LONGEST_FILE:
         raise FirmwareFileError(
             file,

@@ -22,7 +22,7 @@ class SourceLine(NamedTuple):
 
     @property
     def file(self) -> str:
-        """The file's name; Windows paths have backslashes."""
+        """The file's name without folders."""
         return self.path.replace("\\", "/").rpartition("/")[2]
 
     def __str__(self) -> str:
@@ -30,10 +30,7 @@ class SourceLine(NamedTuple):
 
 
 class LineTable:
-    """Finds the line of an address among ``sequences``.
-
-    Sequences at address 0 are functions that the linker has removed (``--gc-sections``).
-    """
+    """Finds an address's line. Sequences at address 0 are removed functions (``--gc-sections``)."""
 
     def __init__(self, sequences: Iterable[Sequence]) -> None:
         found = [one for one in sequences if one.addresses and one.addresses[0] != 0]
@@ -54,7 +51,7 @@ class LineTable:
         return SourceLine(sequence.paths[file], line)
 
     def ranges(self, is_wanted: Callable[[str], bool]) -> list[tuple[int, int]]:
-        """Return the begin and end of code whose file's path is wanted; neighbours are merged."""
+        """Return the begin and end of wanted files' code; neighbours are merged."""
         found: list[tuple[int, int]] = []
         for sequence in self._sequences:
             wanted = [is_wanted(path) for path in sequence.paths]
@@ -105,7 +102,7 @@ class _LineProgramHeader(NamedTuple):
 
 
 def read_sequences(sections: Sections, budget: Budget) -> Iterator[Sequence]:
-    """Return all sequences in the file's order. Raises DebugInfoError."""
+    """Return all sequences in file order. Raises DebugInfoError."""
     programs = Cursor(sections.get(".debug_line"))
     strings = {LINE_STRP: sections.get(".debug_line_str"), STRP: sections.get(".debug_str")}
     while programs.offset < programs.end:
@@ -137,7 +134,7 @@ def _header(program: Cursor, strings: dict[int, bytes], budget: Budget) -> _Line
 
 
 def _paths_2(program: Cursor, budget: Budget) -> list[str]:
-    """Read versions 2 to 4, which do not list directory 0."""
+    """Read versions 2 to 4, which omit directory 0."""
     folders = [b""]
     while folder := program.string():
         budget.spend(budget.OBJECT)

@@ -21,9 +21,7 @@ class Segment(NamedTuple):
 
 
 def join(file: str, pieces: Iterable[Segment]) -> tuple[Segment, ...]:
-    """Return the pieces by rising address, neighbours joined. Raises FirmwareFileError outside flash and RAM, or if two
-    overlap.
-    """
+    """Join pieces by rising address. Raises FirmwareFileError for overlaps or wrong addresses."""
     runs: list[tuple[int, list[bytes]]] = []
     end = -1
     for piece in sorted(piece for piece in pieces if piece.data):

@@ -1,4 +1,4 @@
-"""Names and lines of a program. Damaged parts cause a note and never stop a run.
+"""Names and lines of a program. Damaged parts cause only a note.
 
 Decision: the symbol table is indexed on its first use, in one pass. Other runs have no cost.
 """
@@ -45,7 +45,7 @@ class Definition(NamedTuple):
 class FunctionAt(NamedTuple):
     """The function that contains an address, ``offset`` bytes after its even ``start``.
 
-    ``name`` is the name in the source: ``main`` for GCC's ``main.constprop.0``.
+    ``name`` is the source name: ``main`` for ``main.constprop.0``.
     """
 
     name: str
@@ -100,7 +100,7 @@ class SymbolTable:
         return FunctionAt(name, function.start, size, offset) if offset < size else None
 
     def named(self, name: str) -> list[Symbol]:
-        """Return the global symbol of a C name, else all static ones, including ``count.0`` for ``count``."""
+        """Return the global symbol, else all static ones, including ``count.0`` for ``count``."""
         symbols = self._by_name.get(name, [])
         return [symbol for symbol in symbols if not symbol.is_local][:1] or symbols
 
@@ -161,7 +161,7 @@ def _source_name(name: str) -> str:
 
 
 def _function(name: str, value: int, size: int, kind: int, binding: int) -> _Function | None:
-    """Return code with its name's rank: ``Default_Handler`` comes before its weak aliases."""
+    """Return code with its name's rank: ``Default_Handler`` precedes its weak aliases."""
     if kind == _FUNC:
         rank = {_GLOBAL: 0, _LOCAL: 1}.get(binding, 3)
     elif kind == _NOTYPE and size and FLASH_MEMORY.holds(value, value + size):
@@ -178,7 +178,7 @@ ReadMemory = Callable[[int, int], bytes]
 
 
 class Symbols:
-    """Functions, source lines and variables of one ELF file."""
+    """Functions, lines and variables of one ELF file."""
 
     def __init__(self, sections: Sections) -> None:
         self._sections = sections
@@ -234,10 +234,7 @@ class Symbols:
         return self._table.variables() if self._table else []
 
     def read_variable(self, name: str, read_memory: ReadMemory) -> CValue:
-        """Return a variable's value, for structures an object: ``read_variable("acc", read).AXIS_X``.
-
-        Raises SymbolError if the name or type is unknown or ambiguous.
-        """
+        """Return a variable's value; structures become objects. Raises SymbolError."""
         address, kind = self.variable_type(name)
         return kind.value(read_memory(address, kind.size) if kind.size else b"", 0)
 
@@ -297,7 +294,7 @@ class Symbols:
         return Definition(is_inlined, at.start if at else None, at.size if at else 0)
 
     def code_ranges(self, is_wanted: Callable[[str], bool]) -> list[tuple[int, int]]:
-        """Return the begin and end of code whose source file's path is wanted, in ascending order."""
+        """Return the begin and end of wanted source files' code, ascending."""
         return self._lines.ranges(is_wanted)
 
     def _symbol(self, name: str) -> Symbol:

@@ -22,7 +22,7 @@ def library_name(platform: str = sys.platform) -> str:
 
 
 def sources(folder: Path = FOLDER) -> list[Path]:
-    """Return the C files and headers, except generated ones; a wheel has none."""
+    """Return the C sources, without generated ones; a wheel has none."""
     return sorted(path for path in folder.rglob("*.[ch]") if path.parent.name != "generated")
 
 
@@ -38,7 +38,7 @@ def declarations(folder: Path = FOLDER) -> list[Path]:
 
 
 def digest(folder: Path = FOLDER) -> str:
-    """Return the C files' digest, or "" without them; it shows whether a library is outdated."""
+    """Return the digest of the library's sources, or "" without C files."""
     files = sources(folder)
     if not files:
         return ""
@@ -46,7 +46,7 @@ def digest(folder: Path = FOLDER) -> str:
 
 
 def built_from(file: Path) -> tuple[str, str, str]:
-    """Return the digest of a library's sources, its compiler and the compiler's version; "" for another file."""
+    """Return a library's source digest, compiler and compiler version; "" for another file."""
     found = _MARK.search(file.read_bytes()) if file.is_file() else None
     digest, compiler, version = (part.decode() for part in found.groups()) if found else ("", "", "")
     return digest, compiler, version

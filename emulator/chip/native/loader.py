@@ -1,7 +1,7 @@
 """The loader of the C library.
 
-Decision: the library is loaded as ``PyDLL``, which keeps the interpreter lock while C runs, because callbacks are
-frequent.
+Decision: the library is loaded as ``PyDLL``, which keeps the interpreter lock while C runs, because
+callbacks are frequent.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _NAME = "fcu-emulator"
 
 
 def problem(folder: Path = FOLDER) -> str:
-    """Return the library's problem and the command that helps, or ""."""
+    """Return the library's problem and its remedy, or ""."""
     file = folder / library_name()
     if not file.is_file():
         return f"{file}: the C library is missing; {_remedy(folder)}"
@@ -51,7 +51,7 @@ def _installed_from() -> str:
 
 @cache
 def load() -> ctypes.PyDLL:
-    """Return the library. Raises InputError if it is missing, outdated or not for this Python."""
+    """Return the library. Raises InputError if missing, outdated or unsuitable."""
     if wrong := problem():
         raise InputError(wrong)
     file = FOLDER / library_name()

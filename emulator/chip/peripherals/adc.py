@@ -1,8 +1,8 @@
-"""ADC1: regular conversions with their time (RM0368 section 11), and the board's voltages.
+"""ADC1: timed regular conversions (RM0368 section 11), and the board's voltages.
 
-Without DMA or interrupt, continuous conversion pauses at EOC, and a read of DR returns the result for the
-time of the read. An unconnected input reads 0 V. Notes report injected channels, triggers, analog watchdog
-and discontinuous mode as not modelled.
+Without DMA or interrupt, continuous conversion pauses at EOC, and a read of DR returns the result
+for that time. An unconnected input reads 0 V. Notes report injected channels, triggers, analog
+watchdog and discontinuous mode as not modelled.
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ class AdcInputs:
         self._pins[channel] = volts
 
     def sample(self, channel: int, *, sensors: bool, vbat: bool) -> int:
-        """Return a 12-bit result. ``sensors`` is CCR.TSVREFE; ``vbat`` is CCR.VBATE, a quarter of the backup supply on
-        channel 18 instead of the temperature.
+        """Return a 12-bit result. ``sensors``: CCR.TSVREFE. ``vbat``: CCR.VBATE, with a quarter of
+        the backup supply on channel 18.
         """
         code = round(self._volts(channel, sensors, vbat) / VDDA_V * FULL_SCALE)
         return min(max(code, 0), FULL_SCALE)

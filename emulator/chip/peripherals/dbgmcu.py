@@ -1,4 +1,4 @@
-"""DBGMCU and the identity in system memory (RM0368 sections 23.6 and 24), with typical calibration (STM32F401xB/C
+"""DBGMCU and system memory (RM0368 sections 23.6 and 24), with typical calibration (STM32F401xB/C
 datasheet).
 
 Freeze bits have no effect, because a halt stops virtual time.

@@ -1,10 +1,11 @@
 """FLASH interface: erasing, programming, unlocking, wait states (RM0368 section 3).
 
-Operations take the typical times of the datasheet (STM32F401xB/C, flash memory characteristics) and change the memory
-at their start. Without PG, or with another size than PSIZE, a store changes nothing and sets PGSERR or PGPERR. Wait
-states cost no time, but too few are noted (table 5, 2.7 to 3.6 V).
+Operations take the datasheet's typical times (STM32F401xB/C, flash memory characteristics) and
+change the memory at their start. Without PG, or with another size than PSIZE, a store changes
+nothing and sets PGSERR or PGPERR. Wait states cost no time, but too few are noted (table 5, 2.7 to
+3.6 V).
 
-NOT MODELLED: the core does not wait for BSY when it fetches from the flash. Option bytes are fixed: no sector is
+NOT MODELLED: instruction fetches do not wait for BSY. Option bytes are fixed: no sector is
 protected.
 """
 
@@ -64,7 +65,7 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
     def connect(
         self, memory: memoryview[int], programmed: Callable[[int, int], None], erased: Callable[[], None]
     ) -> None:
-        """Set the memory; ``programmed(offset, size)`` and ``erased()`` are called after changes."""
+        """Set the memory. Changes call ``programmed(offset, size)`` or ``erased()``."""
         self._memory, self._programmed, self._erased = memory, programmed, erased
 
     def reset(self) -> None:
@@ -121,7 +122,7 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
     # -- operations (3.6) -------------------------------------------------------------------------------
 
     def store(self, offset: int, size: int, value: int) -> bool:
-        """Program bits from 1 to 0. Return False if the store is refused (3.6.3)."""
+        """Program bits from 1 to 0. Return False if refused (3.6.3)."""
         control = self.registers[CR]
         errors = 0 if control & _PG else _PGSERR
         if size != 1 << flash.CR.PSIZE.get(control):
@@ -161,7 +162,7 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
         self._begin(duration_ms * PS_PER_MS)
 
     def _begin(self, duration_ps: int) -> None:
-        """Set BSY. An earlier operation ends first, because the bus waits for it (3.6.1)."""
+        """Set BSY. An earlier operation ends first (3.6.1)."""
         begin_ps = self.soc.clock.now_ps
         if self._operation is not None:
             begin_ps = self._until_ps

@@ -1,4 +1,4 @@
-"""The bus of an I2C peripheral in C; messages that C handled are fetched when needed."""
+"""The bus of an I2C peripheral in C."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ I2C_NAMES = ("I2C1", "I2C2", "I2C3")
 
 
 class ConnectedI2c:
-    """Connects a bus; devices answer only while ``pins`` (SCL and SDA) are switched to it."""
+    """Connects a bus while ``pins`` (SCL and SDA) are switched to it."""
 
     def __init__(self, chip: FcuChip, name: str, bus: I2CBus, pins: tuple[PinFunction, ...] = ()) -> None:
         self._bus, self._targets = bus, chip.targets

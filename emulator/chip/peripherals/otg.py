@@ -1,8 +1,8 @@
-"""OTG_FS without a cable: its core can be reset and set up, and no host resets the bus (RM0368 section 22.16).
+"""OTG_FS without a cable, whose core can be reset and set up (RM0368 section 22.16).
 
-Transmit FIFOs stay empty, because no host reads them. A full-speed controller without sessions raises no interrupt.
+Transmit FIFOs stay empty, and no interrupt occurs.
 
-NOT MODELLED, with a note: everything that needs a host or a device at the connector.
+NOT MODELLED, with a note: everything that needs a connected host or device.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """The interface of a peripheral, and shared connections.
 
-At an access, ``soc.clock.now_ps`` is exact and all due events have been handled. A peripheral computes its state when
-firmware reads it, or schedules events for interrupts, pins and DMA. ``write`` gets a mask of the accessed bits.
+At an access, ``soc.clock.now_ps`` is exact and due events are handled. A peripheral computes its
+state when firmware reads it, or schedules events for interrupts, pins and DMA. ``write`` gets a
+mask of the accessed bits.
 """
 
 from __future__ import annotations
@@ -44,9 +45,7 @@ class InterruptLines(Protocol):
     """The NVIC's inputs, implemented by the core."""
 
     def set_line(self, number: int, level: bool) -> None:
-        """Set or clear an input, numbered as IRQn; if it is still active after the handler, the interrupt is pending
-        again.
-        """
+        """Set an input, numbered as IRQn. An active one becomes pending again after the handler."""
         ...
 
 
@@ -54,14 +53,15 @@ class DmaRequests(Protocol):
     """The request lines of DMA1 and DMA2."""
 
     def request(self, line: str) -> bool:
-        """Make one transfer for ``line`` ("I2C2_RX", RM0368 tables 28, 29); return False if no stream serves it."""
+        """Make one transfer for ``line`` ("I2C2_RX", RM0368 tables 28, 29); False without a stream.
+        """
         ...
 
     def remaining(self, line: str) -> int: ...
 
 
 class Memory(Protocol):
-    """The bus matrix for DMA (RM0368 section 2.1). Accesses have 1, 2 or 4 bytes, and side effects."""
+    """The bus matrix for DMA (RM0368 section 2.1), for 1, 2 or 4 bytes."""
 
     def read(self, address: int, size: int) -> bytes | None: ...
 
@@ -70,7 +70,7 @@ class Memory(Protocol):
 
 @dataclass
 class Soc:
-    """The chip's internal connections; peripherals are set during assembly."""
+    """The chip's internal connections, completed during assembly."""
 
     clock: Clock
     trace: Trace
@@ -87,9 +87,7 @@ class Soc:
 
 
 class InterruptInput:
-    """One NVIC input, which is active while any source is active. Each peripheral has its own ``source``
-    name.
-    """
+    """One NVIC input, active while any peripheral's ``source`` is active."""
 
     def __init__(self, soc: Soc, number: int) -> None:
         self.number = number
@@ -120,8 +118,8 @@ RegisterWritten = Callable[[int, int], None]
 class Peripheral:
     """One peripheral at ``base``, with its ``declared`` registers.
 
-    ``REGISTERS`` has reset values by offset, ``WRITABLE`` the bits that store values. Other offsets read as 0 and
-    ignore writes.
+    ``REGISTERS`` has reset values by offset, ``WRITABLE`` the stored bits. Other offsets read as 0
+    and ignore writes.
     """
 
     index: int | None = None
@@ -175,16 +173,18 @@ class Peripheral:
         return True
 
     def read_with_validity(self, offset: int) -> tuple[int, int]:
-        """Return ``read`` and the time of its next change; ``NOT_CACHEABLE_PS`` if the read has a side effect."""
+        """Return ``read`` and the time of its next change, or ``NOT_CACHEABLE_PS`` after a side
+        effect.
+        """
         pure = self.pure_read(offset)
         value = self.read(offset)
         return value, self.next_change_ps() if pure else NOT_CACHEABLE_PS
 
     def same_write_until_ps(self, offset: int, value: int) -> int:
-        """Return the time until which the same write, repeated without another access, has no effect."""
+        """Return the time until which an immediate repetition of the write has no effect."""
         del offset, value
         return NOT_CACHEABLE_PS
 
     def next_change_ps(self) -> int:
-        """Return the time of the next change that needs no access and no event."""
+        """Return the time of the next change without access or event."""
         return NEVER_PS

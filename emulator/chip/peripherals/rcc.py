@@ -1,7 +1,7 @@
 """RCC: clocks, gates, resets and reset flags (RM0368 section 6).
 
-Oscillators need their typical start-up time (STM32F401xB/C datasheet). MCO1, MCO2, clock security, spread
-spectrum and xxxLPENR have no effect. The model has a 32 kHz crystal, which the board may not have.
+Oscillators need typical start-up times (STM32F401xB/C datasheet). MCO1, MCO2, clock security,
+spread spectrum and xxxLPENR have no effect. The modelled 32 kHz crystal may be absent on the board.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ class PllOutput:
 
 @lru_cache(maxsize=_SETTINGS)
 def pll(pllcfgr: int, oscillators: Oscillators = NOMINAL) -> PllOutput:
-    """Return the PLL's frequencies; M = 0, not allowed, counts as 1."""
+    """Return the PLL's frequencies; the forbidden M = 0 counts as 1."""
     fields = rcc.PLLCFGR
     source_hz = oscillators.hse_hz if fields.PLLSRC.get(pllcfgr) else oscillators.hsi_hz
     m, n = max(fields.PLLM.get(pllcfgr), 1), fields.PLLN.get(pllcfgr)
@@ -93,7 +93,7 @@ def pll(pllcfgr: int, oscillators: Oscillators = NOMINAL) -> PllOutput:
 
 
 def _fitting_crystal_hz(pllcfgr: int) -> int:
-    """Return the other board's crystal that the settings fit, or 0."""
+    """Return another board's crystal that fits the settings, or 0."""
     if not rcc.PLLCFGR.PLLSRC.get(pllcfgr):
         return 0
     fitting = (hz for hz in _OTHER_CRYSTALS_HZ if not pll(pllcfgr, Oscillators(hse_hz=hz)).problem())
@@ -223,8 +223,7 @@ class _Controlled:
         self._latest: dict[int, tuple[int, tuple[tuple[int, Peripheral], ...]]] = {}
 
     def of(self, bits: int) -> tuple[int, tuple[tuple[int, Peripheral], ...]]:
-        """Return the peripherals in C as a set of bits (bit n is index n), and the peripherals in Python with
-        their bits.
+        """Return a set of peripherals in C (bit n: index n), and those in Python with their bits.
         """
         found = self._latest.get(bits)
         if found is None:
@@ -268,7 +267,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
     # -- for the other peripherals ---------------------------------------------------------------------------
 
     def control(self, peripherals: Iterable[Peripheral], chip: FcuChip | None = None) -> None:
-        """Set the list of peripherals and switch all their clocks off."""
+        """Set the peripherals, and switch their clocks off."""
         by_name = {peripheral.name: peripheral for peripheral in peripherals}
         self._chip = chip
         self._gated = {offset: _Controlled(names, by_name) for offset, names in ENABLE.items()}
@@ -276,14 +275,14 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         self._apply_all_gates()
 
     def on_change(self, changed: Callable[[], None]) -> None:
-        """Call ``changed()`` after a change of any clock, the RTC's included."""
+        """Call ``changed()`` after a change of any clock."""
         self._listeners.append(changed)
 
     def on_backup_reset(self, reset: Callable[[], None]) -> None:
         self._backup_listeners.append(reset)
 
     def rtc_hz(self) -> int:
-        """Return the RTC's clock; 0 while it is off or not ready (6.2.8)."""
+        """Return the RTC's clock; 0 if off or not ready (6.2.8)."""
         bdcr = self.registers[BDCR]
         if not bdcr & _RTCEN:
             return 0

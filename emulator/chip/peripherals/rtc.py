@@ -1,7 +1,8 @@
 """RTC: calendar, alarms, wake-up timer, backup registers, write protection (RM0368 section 17).
 
-INITF, RSF, WUTWF and ALRxWF are set at once; on the chip this takes two RTC clocks. Invalid dates carry over into the
-next unit. Notes report tamper, time stamp, calibration and 12 hour format as not modelled.
+INITF, RSF, WUTWF and ALRxWF are set at once; on the chip this takes two RTC clocks. Invalid dates
+carry over into the next unit. Notes report tamper, time stamp, calibration and 12 hour format as
+not modelled.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ def from_bcd(value: int) -> int:
 
 
 def seconds_of(time_register: int, date_register: int) -> int:
-    """Return the seconds since the century began, in 24 hour format."""
+    """Return seconds since the century began, in 24 hour format."""
     months = max(from_bcd(date_register >> 8 & 0x1F), 1) - 1
     year = 2000 + from_bcd(date_register >> 16 & 0xFF) + months // 12
     day = datetime(year, months % 12 + 1, 1, tzinfo=UTC)
@@ -154,7 +155,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
         return self.peek(offset)
 
     def read_with_validity(self, offset: int) -> tuple[int, int]:
-        """Return the calendar registers, and the time of their next change."""
+        """Return a register, and the time of its next change."""
         value = self.read(offset)
         if offset not in {TR, DR, SSR} or self.registers[ISR] & _INITF or not self._hz:
             return value, NEVER_PS
@@ -165,7 +166,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
         return offset not in {TR, DR, SSR}
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
-        """Write if DBP and keys allow it; the calendar is writable in initialisation mode only (17.3.5)."""
+        """Write if DBP and keys allow it, the calendar in initialisation mode only (17.3.5)."""
         value &= mask
         if offset == WPR:
             expected = _KEYS[self._keys] if self._keys < len(_KEYS) else None
@@ -214,7 +215,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
             self._refuse_without_keys(ISR)
 
     def _write_event(self, offset: int, value: int, mask: int) -> None:
-        """Write a register of an alarm or the wake-up timer, while it is off or in initialisation mode."""
+        """Write a register of an inactive alarm or timer, or while initialising."""
         if self.registers[ISR] & (_BITS_THAT_ALLOW[offset] | _INITF):
             super().write(offset, value, mask)
         else:
@@ -318,9 +319,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
             self._plan(flag)
 
     def _plan(self, flag: int) -> None:
-        """Schedule the first event after a change. There are no events without clock or in initialisation
-        mode.
-        """
+        """Schedule the next event, unless initialising or without clock."""
         self._cancel(flag)
         if not self._hz or self.registers[ISR] & _INITF:
             return

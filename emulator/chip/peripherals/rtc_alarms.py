@@ -1,4 +1,4 @@
-"""The times of the RTC's alarms and wake-up timer, in cycles of its clock (RM0368 17.3.3, 17.3.4, 17.6)."""
+"""Times of the RTC's alarms and wake-up timer, in clock cycles (RM0368 17.3.3, 17.3.4, 17.6)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _EXTENDED = 6  # WUCKSEL 6 and 7 add 2 ** 16
 
 
 def wake_up_unit(cr: int, cycles_per_s: int) -> int:
-    """Return the cycles of one count of the wake-up timer (17.6.3)."""
+    """Return the cycles per count of the wake-up timer (17.6.3)."""
     selected = rtc.CR.WUCKSEL.get(cr)
     return 1 << _WAKE_UP_SHIFT[selected] if selected < len(_WAKE_UP_SHIFT) else cycles_per_s
 
@@ -23,7 +23,7 @@ def wake_up_period(cr: int, wutr: int, cycles_per_s: int) -> int:
 
 
 def matches(alarm: int, time: int, date: int) -> bool:
-    """Return whether ALRMxR selects a second with these values of TR and DR."""
+    """Return whether ALRMxR selects these values of TR and DR."""
     if not alarm & rtc.ALRMAR.MSK4.mask:
         by_weekday = alarm & rtc.ALRMAR.WDSEL.mask
         day, wanted = (date >> 13 & 7, alarm >> 24 & 0xF) if by_weekday else (date & 0x3F, alarm >> 24 & 0x3F)
@@ -39,7 +39,7 @@ def matches(alarm: int, time: int, date: int) -> bool:
 
 @dataclass(frozen=True)
 class Subseconds:
-    """The instants of a second that ALRMxSSR selects, counted in steps of SSR."""
+    """The instants of a second that ALRMxSSR selects, in steps of SSR."""
 
     first: int
     every: int
@@ -53,7 +53,7 @@ class Subseconds:
         return cls(first, 1 << compared if compared else 0)
 
     def after(self, step: int, steps_per_s: int) -> int:
-        """Return the next instant after ``step``; steps are counted from a full second."""
+        """Return the next instant after ``step``, counted from a full second."""
         second, within = divmod(step, steps_per_s)
         if within < self.first:
             return second * steps_per_s + self.first

@@ -1,10 +1,11 @@
 """The devices at the chip's SPI peripherals.
 
-The chip reads most registers itself (:mod:`fcu_emulator.sensors.shared_registers`), and passes other messages to Python.
+The chip reads most registers itself (:mod:`fcu_emulator.sensors.shared_registers`), and passes
+other messages to Python.
 
-The board's Bluetooth module is absent: SPI1 (PA5 to PA7), chip select PB0, reset PB2, interrupt PA4. ST's
-stock firmware waits 0.2 s for the module and then continues. The interrupt line is low, because a high level
-would keep HCI_Isr in its loop.
+The board's Bluetooth module is absent: SPI1 (PA5 to PA7), chip select PB0, reset PB2, interrupt
+PA4. The interrupt line is low, because a high level would keep HCI_Isr of ST's firmware in its
+loop.
 """
 
 from __future__ import annotations
@@ -78,7 +79,7 @@ class _Calls(ctypes.Structure):
 
 
 class _SpiDevice:
-    """A sensor at its chip select, and its message in Python."""
+    """A sensor at its chip select, with its message."""
 
     def __init__(self, wire: SpiWire, chip_select: str, target: SpiTarget) -> None:
         self.chip_select = chip_select
@@ -130,7 +131,7 @@ class SpiWire:
         bus.is_enabled = False
 
     def take_messages(self) -> None:
-        """Pass the chip's messages and unreceived bytes to the bus."""
+        """Pass the chip's messages and unreceived bytes on."""
         library, handle, bus = self._chip.library, self._chip.handle, self._bus
         message, unaddressed = _CachedMessage(), _Unaddressed()
         while library.fcu_take_spi_message(handle, self._number, ctypes.byref(message)):
@@ -210,7 +211,7 @@ class SpiWire:
 
 
 def connect_absent_part(chip: FcuChip, part: AbsentPart, gpio: Gpio) -> None:
-    """Connect an absent module; the first attempt to send to it is noted."""
+    """Connect an absent module, whose first use is noted."""
 
     def tried() -> None:
         chip.trace.add(DeviceNote(chip.clock.now_ps, part.name, "not modelled", part.note, "absent-part"))

@@ -13,7 +13,7 @@ from fcu_emulator.emulator.trace import TickLate, TickLost
 
 @dataclass(frozen=True)
 class Pwm:
-    """A PWM output; ``duty`` is the share of time that it is high."""
+    """A PWM output; ``duty`` is its share of high time."""
 
     frequency_hz: float
     duty: float
@@ -71,7 +71,7 @@ class Timer(NativePeripheral):
         return rate
 
     def pwm(self, channel: int) -> Pwm | None:
-        """Return a PWM, or None (RM0368 12.3.9); TIM1 needs BDTR.MOE. Raises IndexError for a missing channel."""
+        """Return a PWM, or None (RM0368 12.3.9); TIM1 needs BDTR.MOE. Raises IndexError."""
         frequency, duty = ctypes.c_double(), ctypes.c_double()
         result = self._chip.library.fcu_timer_pwm(
             self._chip.handle, self.index, channel, ctypes.addressof(frequency), ctypes.addressof(duty)

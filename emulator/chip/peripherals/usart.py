@@ -43,7 +43,7 @@ PERIPHERAL_CLASSES["USART"] = Usart
 
 
 class ConnectedUsarts:
-    """Connects ``lines`` by USART name. The first bytes of other USARTs are kept for a diagnosis."""
+    """Connects ``lines`` by USART name. Other USARTs' first bytes are kept."""
 
     def __init__(self, chip: FcuChip, lines: Mapping[str, Uart]) -> None:
         self._chip = chip
@@ -74,7 +74,7 @@ class ConnectedUsarts:
         line.carry(bytes(data[:length]), detailed=bool(detailed))
 
     def unconnected_output(self) -> dict[str, bytes]:
-        """Return the first bytes that USARTs without a line have sent, by name."""
+        """Return the first bytes of USARTs without a line, by name."""
         clock = self._chip.clock
         now_ps = clock.now_ps
         for index in self._output:
@@ -88,9 +88,7 @@ class ConnectedUsarts:
 
 
 def wire_terminal(chip: FcuChip, name: str, pin: PinFunction, baud: int = BAUD) -> None:
-    """Connect a terminal at ``baud`` to a USART's ``pin``. A wrong rate is noted; bytes are lost while the pin is not
-    switched.
-    """
+    """Connect a terminal at ``baud`` to a USART's ``pin``. A wrong rate is noted."""
     port, number, function = pin
     index = chip.peripherals[name].index
     chip.library.fcu_usart_wire(chip.handle, index, PORTS.index(port), number, function, baud)

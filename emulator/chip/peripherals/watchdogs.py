@@ -1,7 +1,8 @@
 """The watchdogs: IWDG on LSI (RM0368 section 15), and WWDG on PCLK1 / 4096 (section 16).
 
-LSI is 32 kHz in the model, but 17 to 47 kHz on the board. A reload of IWDG does not reset its prescaler. IWDG's new
-settings take effect at the next reload (PVU and RVU are not modelled). On the chip WWDG's first count may be shorter.
+LSI is 32 kHz in the model, but 17 to 47 kHz on the board. A reload of IWDG applies new settings
+(PVU and RVU are not modelled), but does not reset its prescaler. On the chip WWDG's first count may
+be shorter.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ _UNLOCK, _RELOAD, _START = 0x5555, 0xAAAA, 0xCCCC
 
 
 class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
-    """The independent watchdog, which resets the chip if firmware does not reload it. Only a reset stops it."""
+    """The independent watchdog, which only a reset stops."""
 
     def __init__(self, soc: Soc, name: str, base: int) -> None:
         super().__init__(soc, name, base)
@@ -61,7 +62,7 @@ class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
             self._reload()
 
     def _reload(self) -> None:
-        """Reload. The reset event is moved only when it fires, because frequent moves would fill the clock's queue."""
+        """Reload. A later reset is scheduled only when the earlier event fires."""
         divider = 4 << min(self.registers[IWDG_PR], 6)
         if self._deadline_ps is None:
             self._since_ps = self.soc.clock.now_ps
@@ -81,7 +82,7 @@ class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
         return self._since_ps - (-cycles * PS_PER_S // LSI_HZ)
 
     def same_write_until_ps(self, offset: int, value: int) -> int:
-        """Return the end of the current count, until which another reload has no effect."""
+        """Return the end of the current count."""
         if offset != IWDG_KR or value & 0xFFFF != _RELOAD:
             return NOT_CACHEABLE_PS
         return NEVER_PS if self._deadline_ps is None else self._same_until_ps
@@ -106,9 +107,7 @@ _T6 = 1 << 6  # highest bit of CR.T: the chip is reset if it is 0
 
 
 class Wwdg(Peripheral, declared=DECLARED["WWDG"]):
-    """The window watchdog, which resets the chip if the counter falls below 0x40, or if it is written while
-    it is above the window.
-    """
+    """The window watchdog, which resets the chip below 0x40, or if written above the window."""
 
     def __init__(self, soc: Soc, name: str, base: int, irq: InterruptInput) -> None:
         super().__init__(soc, name, base)
