@@ -1,38 +1,24 @@
-"""The statements of a firmware that switch the LEDs.
-
-A statement is found in the callers at a change of a LED's pin. If the pin has not changed, it is found as a call of
-``BSP_LED_On()`` or ``BSP_LED_Off()`` with the LED's number, which other calls have shown.
-"""
+"""The changes of the LEDs' pins, with the registers and the stack of the firmware that made them."""
 
 from __future__ import annotations
 
-import re
-from collections import Counter, deque
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections import deque
+from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Final, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
-from fcu_emulator.emulator.assembly.board import Board
-from fcu_emulator.emulator.chip.diagnosis.backtrace import CALLBACK, Backtrace, Places, ReadCode, calls_of
-from fcu_emulator.emulator.chip.firmware import ArmFirmware
-from fcu_emulator.emulator.chip.image.symbols import FunctionAt
 from fcu_emulator.emulator.chip.memory_map import RAM_MEMORY
+
+if TYPE_CHECKING:
+    from fcu_emulator.emulator.assembly.board import Board
+    from fcu_emulator.emulator.chip.firmware import ArmFirmware
 
 _SP, _LR, _PC = 13, 14, 15
 _STACK_BYTES: Final = 512
 _KEPT: Final = 32
-_MOST_SHOWN: Final = 2
-_MAIN: Final = "main"
-_OWN: Final = (CALLBACK, _MAIN)
-"""Functions whose files are a student's own."""
-_SWITCHES: Final = {
-    True: re.compile(r"led_?on$", re.IGNORECASE),
-    False: re.compile(r"led_?off$", re.IGNORECASE),
-}
-_MOVS_R0, _MOV_W, _HALFWORDS_BACK = 0x20, 0xF04F, 8  # MOVS R0, #imm8; MOV.W (ARMv7-M ARM A7.7.76)
 
 
-class _Change(NamedTuple):
+class LedChange(NamedTuple):
     """Registers and stack when a LED's pin changed."""
 
     pc: int
@@ -50,110 +36,19 @@ class LedSwitches:
     """Recorder of the latest changes of each LED of a compiled firmware, from now on."""
 
     def __init__(self, board: Board) -> None:
-        self._arm = board.chip
-        self._changes: dict[tuple[str, bool], deque[_Change]] = {}
-        if self._arm is not None:
-            for name, (port, pin) in self._arm.signals.board.leds.items():
-                self._arm.signals.gpio.listen(port, pin, partial(self._record, self._arm, name))
+        self._changes: dict[tuple[str, bool], deque[LedChange]] = {}
+        if board.chip is not None:
+            for name, (port, pin) in board.chip.signals.board.leds.items():
+                board.chip.signals.gpio.listen(port, pin, partial(self._record, board.chip, name))
+
+    @property
+    def changes(self) -> Mapping[tuple[str, bool], Sequence[LedChange]]:
+        """The latest changes by LED and its new state (True: lit)."""
+        return self._changes
 
     def _record(self, arm: ArmFirmware, led: str, level: int) -> None:
         core = arm.chip.core
         sp = core.register(_SP)
         stack = core.memory(sp, min(_STACK_BYTES, RAM_MEMORY.end - sp)) or b""
-        change = _Change(core.register(_PC), core.register(_LR), sp, bytes(stack))
+        change = LedChange(core.register(_PC), core.register(_LR), sp, bytes(stack))
         self._changes.setdefault((led, not level), deque(maxlen=_KEPT)).append(change)
-
-    def place(self, led: str) -> str:
-        """Return where the firmware switches a LED: ``main(), main.c:113 (on), main.c:115 (off)``, or ""."""
-        if self._arm is None:
-            return ""
-        statements = _Statements(self._arm)
-        sites = {key: statements.callers(changes) for key, changes in self._changes.items()}
-        numbers = {
-            number: name
-            for (name, _), found in sites.items()
-            for one in found
-            if (number := statements.first_argument(one)) is not None
-        }
-        shown: list[tuple[str, str]] = []
-        for lit, word in ((True, "on"), (False, "off")):
-            every = [*sites.get((led, lit), ()), *statements.calls(_SWITCHES[lit], numbers, led)]
-            shown += [(one, word) for one in statements.shown(every)]
-        return _joined(shown)
-
-
-def _joined(places: Sequence[tuple[str, str]]) -> str:
-    """Return places with remarks; a function's name is not repeated."""
-    parts, before = [], ""
-    for place, remark in places:
-        function, comma, line = place.partition(", ")
-        known = comma and function == before
-        parts.append(f"{line if known else place} ({remark})")
-        before = function
-    return ", ".join(parts)
-
-
-class _Statements:
-    """The statements in a student's own files."""
-
-    def __init__(self, arm: ArmFirmware) -> None:
-        self.places = Places(arm.image)
-        self._code: ReadCode = arm.chip.core.memory
-        starts = [one for name in _OWN if (one := self.places.address_of(name)) is not None]
-        self._files = {self.places.file(one) for one in starts} - {""}
-        symbols = arm.image.symbols
-        self._ranges = [] if symbols is None else symbols.code_ranges(self._is_own)
-
-    def _is_own(self, path: str) -> bool:
-        return path.replace("\\", "/").rpartition("/")[2] in self._files
-
-    def callers(self, changes: Iterable[_Change]) -> list[int]:
-        """Return the statements that made these changes, the most frequent first."""
-        found = Counter(site for one in changes if (site := self._caller(one)) is not None)
-        return [one for one, _ in found.most_common()]
-
-    def shown(self, sites: Iterable[int]) -> list[str]:
-        """Return the places of some statements; those in main(), as at the start, only if there are no others."""
-        every = list(dict.fromkeys(sites))
-        outside = [one for one in every if self.places.function_name(one) != _MAIN]
-        return list(dict.fromkeys(map(self.places.place, outside or every)))[:_MOST_SHOWN]
-
-    def _caller(self, change: _Change) -> int | None:
-        """Return the innermost of a change's callers that is a statement of the student; None if there is none."""
-        backtrace = Backtrace(self.places, change.word, self._code)
-        for call in backtrace.calls(change.pc, change.lr, change.sp):
-            if call.interrupted:
-                return None  # the callers of another program, which the switching one has interrupted
-            if self.places.file(call.address) in self._files:
-                return call.address
-        return None
-
-    def calls(self, name: re.Pattern[str], numbers: Mapping[int, str], led: str) -> Iterator[int]:
-        """Yield the statements that call a function of this name for a LED, by its number as first argument."""
-        for function in self._functions():
-            for site, target in calls_of(function, self._code):
-                switched = name.search(self.places.function_name(target))
-                if (
-                    switched
-                    and (number := self.first_argument(site)) is not None
-                    and numbers.get(number) == led
-                ):
-                    yield site
-
-    def _functions(self) -> Iterator[FunctionAt]:
-        for begin, end in self._ranges:
-            address = begin
-            while address < end and (function := self.places.function(address)) is not None:
-                yield function
-                address = max(function.start + function.size, address + 2)
-
-    def first_argument(self, site: int) -> int | None:
-        """Return the constant that the instructions before a call move to R0; None if none is found."""
-        code = self._code(site - 2 * _HALFWORDS_BACK, 2 * _HALFWORDS_BACK)
-        if code is None:
-            return None
-        halves = [code[at] | code[at + 1] << 8 for at in range(0, len(code), 2)]
-        for before, half in zip(reversed(halves[:-1]), reversed(halves[1:]), strict=True):
-            if half >> 8 == _MOVS_R0 or (half >> 8 == 0 and before == _MOV_W):
-                return half & 0xFF
-        return None

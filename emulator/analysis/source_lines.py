@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from difflib import SequenceMatcher
 from typing import Final
 
+from fcu_emulator.emulator.analysis.led_statements import led_place
 from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.chip.diagnosis.backtrace import CALLBACK, Places
 from fcu_emulator.emulator.chip.diagnosis.diagnose import waiting_call
@@ -32,7 +33,7 @@ class SourceLines:
         if self._board.chip is None:
             return ""
         if isinstance(expectation, ExpectLed | ExpectLedFollows):
-            return self._switches.place(expectation.led.upper())
+            return led_place(self._board.chip, self._switches, expectation.led.upper())
         if isinstance(expectation, _Printed) and expectation.pattern is None:
             return self._printed(expectation.number_format().text)
         if isinstance(expectation, ExpectReads | ExpectTicks):

@@ -18,15 +18,13 @@ may occur.
 
 
 class ValueSearch:
-    """Values in several poses. An instruction computes a quantity if its values fit in all poses.
-    """
+    """Values in several poses. An instruction computes a quantity if its values fit in all poses."""
 
     def __init__(self, logs: Sequence[Values]) -> None:
         self._tables = [_sorted(log) for log in logs]
 
     def addresses(self, expected: npt.NDArray[np.float64], tolerance: npt.NDArray[np.float64]) -> list[int]:
-        """Return the addresses, in ascending order, that compute the expected value of each pose.
-        """
+        """Return the addresses, in ascending order, that compute the expected value of each pose."""
         if not np.all(np.isfinite(expected)):
             return []
         found: set[int] = set()

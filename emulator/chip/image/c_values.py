@@ -75,8 +75,7 @@ def alignment(kind: CType) -> int:
 
 
 def floats_of(kind: CType) -> tuple[int, int]:
-    """Return (size, count) of a homogeneous floating-point aggregate (IHI 0042, 4.3.5), or (0, 0).
-    """
+    """Return (size, count) of a homogeneous floating-point aggregate (IHI 0042, 4.3.5), or (0, 0)."""
     if isinstance(kind, Float):
         return (kind.size, 1) if kind.size in {4, 8} else (0, 0)
     if isinstance(kind, Array):

@@ -53,8 +53,7 @@ class DmaRequests(Protocol):
     """The request lines of DMA1 and DMA2."""
 
     def request(self, line: str) -> bool:
-        """Make one transfer for ``line`` ("I2C2_RX", RM0368 tables 28, 29); False without a stream.
-        """
+        """Make one transfer for ``line`` ("I2C2_RX", RM0368 tables 28, 29); False without a stream."""
         ...
 
     def remaining(self, line: str) -> int: ...

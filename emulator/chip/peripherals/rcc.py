@@ -223,8 +223,7 @@ class _Controlled:
         self._latest: dict[int, tuple[int, tuple[tuple[int, Peripheral], ...]]] = {}
 
     def of(self, bits: int) -> tuple[int, tuple[tuple[int, Peripheral], ...]]:
-        """Return a set of peripherals in C (bit n: index n), and those in Python with their bits.
-        """
+        """Return a set of peripherals in C (bit n: index n), and those in Python with their bits."""
         found = self._latest.get(bits)
         if found is None:
             if len(self._latest) >= _SETTINGS:
