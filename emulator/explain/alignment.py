@@ -25,6 +25,7 @@ from fcu_emulator.emulator.explain.expression import (
     children,
     names,
     simplified,
+    with_children,
 )
 from fcu_emulator.emulator.explain.search import ValueSearch
 
@@ -53,6 +54,10 @@ class Mistake:
     """Formula of the firmware."""
     addresses: tuple[int, ...]
     """Instructions that compute the wrong value, or one of its operands; may be empty."""
+    part: Node
+    """The part of ``computed`` that differs from ``formula``."""
+    part_addresses: tuple[int, ...]
+    """Instructions that have the value of ``part``; empty for a constant."""
     expected: npt.NDArray[np.float64]
     """Values of the lab's formula, by pose."""
     actual: npt.NDArray[np.float64]
@@ -312,7 +317,17 @@ class Alignment:
         if not addresses:
             addresses = self._after(formulas, name, computed, output)
         expected, actual = self._last(right)[0], self._last(samples)[0]
-        return Mistake(name, formulas[name], simplified(computed), tuple(addresses), expected, actual)
+        part = _different_part(formulas[name], computed)
+        return Mistake(
+            name,
+            formulas[name],
+            simplified(computed),
+            tuple(addresses),
+            part,
+            tuple(self._addresses(self._evaluator(part))),
+            expected,
+            actual,
+        )
 
     def _after(self, formulas: Formulas, name: str, computed: Node, output: str) -> list[int]:
         """Return the first later instruction that computes a step from the wrong one."""
@@ -337,6 +352,15 @@ class Alignment:
 def _dependents(formulas: Formulas, name: str, output: str) -> list[str]:
     """Return an output's steps that depend on a step, in order."""
     return [one for one in _in_order(formulas, output) if one != name and name in _in_order(formulas, one)]
+
+
+def _different_part(formula: Node, computed: Node) -> Node:
+    """Return the smallest part of ``computed`` that contains all differences from ``formula``."""
+    before, after = children(formula), children(computed)
+    if len(before) != len(after) or not before or with_children(formula, after) != computed:
+        return computed
+    unlike = [(one, other) for one, other in zip(before, after, strict=True) if one != other]
+    return _different_part(*unlike[0]) if len(unlike) == 1 else computed
 
 
 def _in_order(formulas: Formulas, output: str) -> list[str]:

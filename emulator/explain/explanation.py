@@ -202,9 +202,23 @@ class _Explainer:
         attitude = f"roll {at.roll_deg:g}, pitch {at.pitch_deg:g} and yaw {at.yaw_deg:g} degrees"
         details = (
             f"The lab has {step} = {text(mistake.formula)}.",
+            *self._part(mistake, place),
             f"At {attitude} this gives {_number(mistake.actual[pose])} in place of {_number(mistake.expected[pose])}.",
         )
         return Explanation(output.check, mistake, Diagnosis("formula", summary, details, fatal=False))
+
+    def _part(self, mistake: Mistake, place: str) -> Iterator[str]:
+        """Yield where the same function first has the value of the wrong part, if in another line."""
+        if not mistake.addresses or mistake.part == mistake.computed:
+            return
+        inside = [
+            one
+            for one in mistake.part_addresses
+            if _start(self._places, one) == _start(self._places, mistake.addresses[-1])
+        ]
+        lines = sorted({self._places.place(one) for one in inside}, key=_line_number)
+        if lines and f"{lines[0]}: " != place:
+            yield f"{lines[0]} sets the value of {text(mistake.part)}."
 
     def _state(self, output: ShownNumber, state: WrongState) -> Explanation:
         right, rule = state.right, state.rule
@@ -243,6 +257,16 @@ class _Explainer:
             place = printed.place(printed.lines[0].made_by) if printed.lines else ""
             return f"{place}: " if place else ""
         return f"{self._places.place(mistake.addresses[-1])}: " if mistake.addresses else ""
+
+
+def _start(places: Places, address: int) -> int:
+    function = places.function(address)
+    return function.start if function is not None else address
+
+
+def _line_number(place: str) -> int:
+    number = place.rpartition(":")[2]
+    return int(number) if number.isdigit() else 0
 
 
 def _apart(mistake: Mistake, pose: int) -> float:
