@@ -38,7 +38,7 @@ def led_hints(board: Board, recorder: TruthRecorder) -> Iterator[Diagnosis]:
                 f"{name} is switched, but its pin P{pin[0]}{pin[1]} is not an output",
                 (
                     f"The bit in GPIO{pin[0]}_ODR is set, but MODER has the pin as an input, as after reset.",
-                    f"BSP_LED_Init({name}) is missing; call it before the first BSP_LED_Off().",
+                    f"BSP_LED_Init({name}) is missing; call it before the first BSP_LED_Off(){_first_switch(board.chip)}.",
                 ),
                 fatal=False,
             )
@@ -51,6 +51,18 @@ def led_hints(board: Board, recorder: TruthRecorder) -> Iterator[Diagnosis]:
             ]
             yield from _sides(name, angle, looks)
             yield from _toggled(board, name, angle, looks)
+
+
+def _first_switch(arm: ArmFirmware) -> str:
+    """Return the place of main's first call that switches a LED."""
+    places = Places(arm.image)
+    start = places.address_of("main")
+    call = (
+        places.call_of(("BSP_LED_Off", "BSP_LED_On"), start, arm.chip.core.memory)
+        if start is not None
+        else None
+    )
+    return f", {places.place(call[0])}" if call is not None else ""
 
 
 def _is_no_output(arm: ArmFirmware, pin: tuple[str, int]) -> bool:

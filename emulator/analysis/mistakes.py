@@ -25,7 +25,7 @@ from fcu_emulator.emulator.analysis.numbers import (
 )
 from fcu_emulator.emulator.analysis.recorder import LABELS, LabLine, TruthRecorder
 from fcu_emulator.emulator.assembly.board import Board
-from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
+from fcu_emulator.emulator.chip.diagnosis.backtrace import CALLBACK, Places
 from fcu_emulator.emulator.chip.diagnosis.exclusive_or import exclusive_or
 from fcu_emulator.emulator.chip.diagnosis.printing import PrintedLines
 from fcu_emulator.emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY, Diagnosis
@@ -36,6 +36,7 @@ from fcu_emulator.sensors.lsm6dsl import LSM6DSL
 
 _GROUPS = (ACC, GYR, MAG, TILT, YAW, PRESSURE, ALTITUDE)
 _SHOWN = 90
+_READ = "ReadSensorRawData"
 
 
 def explain(board: Board, recorder: TruthRecorder, after_failure: bool = False) -> list[Diagnosis]:
@@ -74,6 +75,17 @@ class _Where:
         found = PrintedLines(self._arm.image, places, line.text.encode("latin-1"))
         place = found.place(found.lines[0].made_by) if found.lines else ""
         return f"{place}: " if place else ""
+
+    def called(self, function: str) -> str:
+        """Return the place at which the callback or main() calls a function, or an empty string."""
+        if self._arm is None:
+            return ""
+        places, code = Places(self._arm.image), self._arm.chip.core.memory
+        for start in map(places.address_of, (CALLBACK, "main")):
+            call = places.call_of((function,), start, code) if start is not None else None
+            if call is not None:
+                return places.place(call[0])
+        return ""
 
 
 def _shown(line: LabLine) -> str:
@@ -118,6 +130,9 @@ def _numbers(board: Board, lines: Sequence[LabLine], where: _Where) -> Iterator[
             if name in group.fields or group.fields[0] not in found.line.truth
         )
         sentences = _full_scale(board, group, found.factor) or found.sentences
+        if any(_READ in one for one in sentences) and (read := where.called(_READ)):
+            call = re.compile(rf"({_READ}\([^)]*\))")
+            sentences = tuple(call.sub(rf"\1 in {read}", one) for one in sentences)
         unit = MAG.unit if found.line.label == MAG.label else group.unit
         details = _shown(found.line), f"The truth is {truth} {unit}.", *sentences
         summary = f"{where.printed(found.line)}{found.summary}"

@@ -28,8 +28,10 @@ _FUNCTIONS: Final = {
     "max": ("min",),
     "largest": ("smallest",),
     "smallest": ("largest",),
+    "sqrt": ("cbrt", "abs"),
 }
 _USUAL: Final = (0.0, 1.0, 2.0, 3.0, 90.0, 100.0, 180.0, 273.0, 273.15, 360.0, 1000.0, 3.14, math.pi)
+_FACTORS: Final = (2.0, 10.0, 100.0, 1000.0)
 _ANGLE: Final = (Number(180.0), Number(math.pi))
 
 
@@ -37,7 +39,7 @@ def edits(formula: Node, known: Iterable[str]) -> Iterator[Node]:
     """Yield the formula with one mistake, the likely ones first. ``known``: exchangeable names."""
     names = tuple(known)
     yield from _everywhere(formula, lambda node: _operand(node, names))
-    for edit in (_function, _operation, _sign, _number, _unit):
+    for edit in (_function, _operation, _sign, _number, _unit, _usual_factor):
         yield from _everywhere(formula, edit)
     yield from _exchanged_numbers(formula)
 
@@ -137,6 +139,12 @@ def _unit(node: Node) -> Iterator[Node]:
         yield Operation("/", Operation("*", node, pi), half_turn)
         yield FunctionCall("trunc", (node,))
         yield FunctionCall("abs", (node,))
+
+
+def _usual_factor(node: Node) -> Iterator[Node]:
+    if isinstance(node, Name | FunctionCall):
+        yield from (Operation("*", node, Number(factor)) for factor in _FACTORS)
+        yield from (Operation("/", node, Number(factor)) for factor in _FACTORS)
 
 
 def constants(formula: Node) -> Iterator[tuple[float, Callable[[float], Node]]]:

@@ -34,6 +34,7 @@ FUNCTIONS: Final[Mapping[str, Callable[..., Any]]] = {
     "atan": np.arctan,
     "atan2": np.arctan2,
     "sqrt": np.sqrt,
+    "cbrt": np.cbrt,
     "abs": np.abs,
     "log": np.log,
     "exp": np.exp,
