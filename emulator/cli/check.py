@@ -25,12 +25,11 @@ from fcu_emulator.emulator.cli.build import ELF, build_project, build_with_make
 from fcu_emulator.emulator.cli.causes import relevant_causes
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.cli.options import CheckOptions
-from fcu_emulator.emulator.cli.project import rubric_of
 from fcu_emulator.emulator.cli.screen import Look, ProgressLine, paint, say, wrapped
 from fcu_emulator.emulator.errors import FirmwareError, InputError, LinkError, NotJudgedError, OutputError
 from fcu_emulator.emulator.grading.checks import Property
 from fcu_emulator.emulator.grading.judge import JudgeProgress, judge
-from fcu_emulator.emulator.grading.rubric import CheckTable, Rubric, load_rubric
+from fcu_emulator.emulator.grading.rubric import CheckTable, Rubric, load_rubric, rubric_of
 from fcu_emulator.emulator.grading.verdict import CheckResult, DiagnosedCause, RunEvidence, Verdict
 from fcu_emulator.emulator.host.files import write_atomically
 from fcu_emulator.emulator.host.install_hints import command_line

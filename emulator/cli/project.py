@@ -1,19 +1,8 @@
-"""The rubric of a student's project."""
+"""The exercises of a rubric that students see."""
 
 from __future__ import annotations
 
-from pathlib import Path
-
-from fcu_emulator.emulator.grading.rubric import PROJECT_RUBRIC, ExerciseTable, Rubric
-
-_USUAL_RUBRIC = "lab3"
-
-
-def rubric_of(target: str) -> str:
-    """Return the rubric in the folder ``target``, or beside the file ``target``; if there is none, LAB3's."""
-    path = Path(target)
-    own = (path if path.is_dir() else path.parent) / PROJECT_RUBRIC
-    return str(own) if own.is_file() else _USUAL_RUBRIC
+from fcu_emulator.emulator.grading.rubric import ExerciseTable, Rubric
 
 
 def shown_exercises(rubric: Rubric) -> list[ExerciseTable]:

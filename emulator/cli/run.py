@@ -382,12 +382,11 @@ def _explain_wrong_numbers(board: Board, firmware: str | None, result: Result | 
     ]
     if not wrong:
         return []
-    from fcu_emulator.emulator.cli.project import rubric_of
     from fcu_emulator.emulator.grading.explained import explained_run
-    from fcu_emulator.emulator.grading.rubric import load_rubric
+    from fcu_emulator.emulator.grading.rubric import load_rubric, rubric_of
 
     name = firmware or board.booted.name
-    return explained_run(name, load_rubric(rubric_of(name)), wrong, board.chip.limits)
+    return explained_run(name, load_rubric(rubric_of(name)), board.chip.limits, wrong)
 
 
 def _say_result(result: Result, code: ExitCode) -> None:

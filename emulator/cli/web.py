@@ -82,7 +82,7 @@ def _exercises(firmware: str | None) -> Exercises | None:
     from fcu_emulator.emulator.cli.exercises import (
         LabExercises,  # slow: loads all of grading
     )
-    from fcu_emulator.emulator.cli.project import rubric_of
+    from fcu_emulator.emulator.grading.rubric import rubric_of
 
     try:
         return LabExercises(rubric_of(firmware or ""))

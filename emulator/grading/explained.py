@@ -103,24 +103,25 @@ def _outputs(
 
 
 def explained_run(
-    firmware: str | Path, rubric: Rubric, wrong: Sequence[ExpectField], limits: Limits
+    firmware: str | Path, rubric: Rubric, limits: Limits, wrong: Sequence[ExpectField] | None = None
 ) -> list[Diagnosis]:
-    """Return the wrong formula behind wrong numbers of a scenario, by the formulas of a rubric; [] if none is found.
+    """Return the wrong formula behind wrong numbers of a run, by the formulas of a rubric; [] if none is found.
 
-    A number is explained if a check of the rubric that students see has the same number.
+    A number is explained if a check of the rubric that students see has the same number. ``wrong``: the numbers to
+    explain; None: all that the program prints.
     """
     if rubric.explain is None:
         return []
     from fcu_emulator.emulator.explain.explanation import ShownNumber, explain_numbers, first_of
 
-    numbers = {one.title for one in wrong}
+    numbers = None if wrong is None else {one.title for one in wrong}
     outputs: dict[str, ShownNumber] = {}
     for exercise in rubric.exercises:
         for check in exercise.check:
             name = f"{exercise.id}.{check.id}"
             fields = [one for one in check.expect if isinstance(one, ExpectField)]
             for step, field in zip(rubric.explain.shows.get(name, ()), fields, strict=False):
-                if check.visible == "always" and field.title in numbers:
+                if check.visible == "always" and (numbers is None or field.title in numbers):
                     outputs.setdefault(step, ShownNumber(name, step, field.number_format()))
     found = (
         explain_numbers(firmware, rubric.explain.arithmetic(), outputs.values(), limits) if outputs else []

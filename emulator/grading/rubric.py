@@ -509,3 +509,13 @@ def _without_words(table: Any) -> Any:
     if isinstance(table, dict):
         return {key: _without_words(value) for key, value in table.items() if key not in _WORDS}
     return table
+
+
+_USUAL_RUBRIC = "lab3"
+
+
+def rubric_of(target: str) -> str:
+    """Return the rubric in the folder ``target``, or beside the file ``target``; if there is none, LAB3's."""
+    path = Path(target)
+    own = (path if path.is_dir() else path.parent) / PROJECT_RUBRIC
+    return str(own) if own.is_file() else _USUAL_RUBRIC

@@ -8,7 +8,8 @@
         dut.expect(r"Pitch: (29|30)[.]")
         dut.not_matching(r"nan", timeout=3)
 
-A failed test shows terminal, transfers, diagnosis, and the command that repeats it. With
+A failed test shows terminal, transfers, diagnosis, and the command that repeats it; ``grading.pytest_plugin`` adds
+the line of a wrong formula. With
 ``junit_logging = "system-out"``, the JUnit file has them, too.
 """
 

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 import fcu_emulator.emulator.assembly.board  # noqa: F401  # numpy can be loaded once, and pytester forgets what its runs load
+from tests.support.arm import student_programs
 from tests.support.arm.broken_programs import FOLDER
 from tests.support.words import Words
 
@@ -281,3 +282,23 @@ def test_command_is_for_same_board(pytester: pytest.Pytester) -> None:
 
     assert "fcu run template --wiring lab3 --seed 0 --ideal --duration " in printed
     assert "ACC[x,y,z] 0 mg 0 mg 1000 mg \nGYR[x,y,z] 0 mdps 0 mdps 0 mdps \n" in printed
+
+
+@pytest.mark.skipif(not student_programs.is_buildable(), reason="arm-none-eabi-gcc or make is not installed")
+def test_failure_shows_wrong_formula_with_line(pytester: pytest.Pytester) -> None:
+    change = student_programs.Change("main.c", "bx * cosf(pitch)", "bx * cosf(roll)")
+    elf = student_programs.build(student_programs.Program("formula", "", (change,)), "O2", pytester.path)
+    pytester.makepyfile(
+        f"""
+        import pytest
+
+        @pytest.mark.board({str(elf)!r}, ideal=True)
+        def test_yaw(board, dut):
+            board.run_for(1)
+            assert False
+        """
+    )
+    result = pytester.runpytest_inprocess(*ARGUMENTS)
+
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["*main.c:*Bx*cos(roll) + Bz2*sin(pitch)*"])
