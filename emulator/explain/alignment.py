@@ -111,6 +111,10 @@ class Alignment:
         """Return the values of inputs and steps in all poses, with shape (repetitions, poses)."""
         return self._values(self.formulas)
 
+    def computes(self, step: str) -> bool:
+        """Return whether an instruction has the values of a step."""
+        return bool(self._addresses(self._values(self.formulas)[step]))
+
     def mistakes(self, output: str, printed: PrintedNumbers) -> list[Mistake]:
         """Return the mistakes that together give the printed numbers; [] if not found."""
         self._tried = 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -38,16 +38,30 @@ def never_called(image: FirmwareImage, calls: Iterable[LabCall]) -> Iterator[tup
     symbols = image.symbols
     if symbols is None:
         return
-    places = Places(image)
-    for one in calls:
+    places, known = Places(image), list(calls)
+    for one in known:
         definition, caller = symbols.definition(one.function), places.address_of(one.caller)
         if definition is None or caller is None or _is_called(image, definition):
             continue
         summary = f"{places.place(caller)}: {one.function}() is not called"
         details = (
             f"The program has {one.function}(), but no function calls it. The lab calls it in {one.caller}().",
+            *_neighbour(image, places, one, [other for other in known if other.caller == one.caller], caller),
         )
         yield one, Diagnosis("call", summary, details, fatal=False)
+
+
+def _neighbour(
+    image: FirmwareImage, places: Places, missing: LabCall, calls: Sequence[LabCall], caller: int
+) -> Iterator[str]:
+    """Yield the place of the call before the missing one, or else of the call after it."""
+    at = calls.index(missing)
+    before = [("after", one) for one in reversed(calls[:at])]
+    for where, one in [*before, *(("before", one) for one in calls[at + 1 :])]:
+        found = places.call_of((one.function,), caller, image.code)
+        if found is not None:
+            yield f"Call it {where} {one.function}(), {places.place(found[0])}."
+            return
 
 
 def _is_called(image: FirmwareImage, function: Definition) -> bool:

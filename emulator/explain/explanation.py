@@ -95,7 +95,10 @@ def first_of(explanations: Sequence[Explanation]) -> list[Diagnosis]:
     first, *others = explanations
     if not others:
         return [first.diagnosis]
-    more = f"Also different from the lab: {', '.join(one.mistake.step for one in others)}."
+    steps = dict.fromkeys(one.mistake.step for one in others if one.mistake.step != first.mistake.step)
+    if not steps:
+        return [first.diagnosis]
+    more = f"Also different from the lab: {', '.join(steps)}."
     return [replace(first.diagnosis, details=(*first.diagnosis.details, more))]
 
 
@@ -151,6 +154,9 @@ class _Explainer:
         best = self._alignment(self._arithmetic.formulas)
         for one in alternatives:
             other = self._alignment({**best.formulas, **one.formulas})
+            values_are_inputs = all(isinstance(formula, Name) for formula in one.formulas.values())
+            if values_are_inputs and any(map(best.computes, one.formulas)):
+                continue  # every program has these values
             if other.computed_steps() > best.computed_steps():
                 best = other
         return best
@@ -208,7 +214,16 @@ class _Explainer:
         return Explanation(output.check, mistake, Diagnosis("formula", summary, details, fatal=False))
 
     def _part(self, mistake: Mistake, place: str) -> Iterator[str]:
-        """Yield where the same function first has the value of the wrong part, if in another line."""
+        """Yield where the same function first has the value of the wrong part, if in another line.
+
+        For a whole value in place of another one, yield where the program computes it.
+        """
+        if isinstance(mistake.computed, Name):
+            lines = sorted({self._places.place(one) for one in mistake.part_addresses}, key=_line_number)
+            own = [one for one in lines if self._is_own(one) and not place.startswith(one.partition(",")[0])]
+            if own and place:
+                yield f"{own[0]} computes {mistake.computed.name}."
+            return
         if not mistake.addresses or mistake.part == mistake.computed:
             return
         inside = [
@@ -219,6 +234,11 @@ class _Explainer:
         lines = sorted({self._places.place(one) for one in inside}, key=_line_number)
         if lines and f"{lines[0]}: " != place:
             yield f"{lines[0]} sets the value of {text(mistake.part)}."
+
+    def _is_own(self, place: str) -> bool:
+        """Return whether a place is in the file of main()."""
+        start = self._places.address_of("main")
+        return start is not None and f", {self._places.file(start)}:" in place
 
     def _state(self, output: ShownNumber, state: WrongState) -> Explanation:
         right, rule = state.right, state.rule

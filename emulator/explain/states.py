@@ -7,7 +7,7 @@ that gives its values after every pose. Its instructions are found by watching t
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -85,13 +85,14 @@ class States:
             return []
         states: list[WrongState] = []
         for function in _EXTREMES:
-            wanted = [name for name in missing if self._steps[name][0] == function]
-            beside = [one for name, one in right.items() if self._steps[name][0] == function]
-            words = self._unmatched(beside, {index for every in right.values() for index in every[1]})
-            if wanted and len(words) == len(wanted):
-                states += [
-                    self._wrong(name, beside[0][0], index) for name, index in zip(wanted, words, strict=True)
-                ]
+            steps = [name for name, one in self._steps.items() if one[0] == function]
+            kinds = [right[name][0] for name in steps if name in right]
+            words = self._words_of([index for name in steps if name in right for index in right[name][1]])
+            if len(words) != len(steps) or not kinds:
+                continue
+            pairs = list(zip(steps, words, strict=True))
+            if all(name in missing or index in right[name][1] for name, index in pairs):
+                states += [self._wrong(name, kinds[0], index) for name, index in pairs if name in missing]
         return sorted(states, key=lambda one: list(self._steps).index(one.step))
 
     def _variables(self, step: str) -> tuple[int, list[int]] | None:
@@ -103,15 +104,15 @@ class States:
                 return kind, found.tolist()
         return None
 
-    def _unmatched(self, beside: Sequence[tuple[int, list[int]]], known: set[int]) -> list[int]:
-        """Return the words of the same arrays or structures that are no step's variable."""
-        objects = {one for _, words in beside for index in words if (one := self._object(index)) is not None}
-        words = {
+    def _words_of(self, words: Iterable[int]) -> list[int]:
+        """Return all words of the arrays and structures that contain these words, in ascending order."""
+        objects = {one for index in words if (one := self._object(index)) is not None}
+        every = {
             (address - RAM_MEMORY.start) // _WORD
             for one in objects
             for address in range(one.address, one.address + one.size - _WORD + 1, _WORD)
         }
-        return sorted(words - known)
+        return sorted(every)
 
     def _object(self, index: int) -> Symbol | None:
         return self._symbols.object_at(RAM_MEMORY.start + _WORD * index)

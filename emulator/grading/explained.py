@@ -69,9 +69,9 @@ def _with_missing_calls(
         for name, one in results.items()
         if one.outcome in ("failed", "partial") and one.visibility == "always"
     }
-    calls = [one for one in rubric.explain.calls() if one.checks & failed]
-    image = choose(Board.description, firmware, None).image
-    found = list(never_called(image, calls)) if calls and image is not None else []
+    image = choose(Board.description, firmware, None).image if failed else None
+    missing = never_called(image, rubric.explain.calls()) if image is not None else ()
+    found = [(call, each) for call, each in missing if call.checks & failed]
     changed = []
     for one in evidence:
         exercises = tuple(f"{exercise}." for exercise in one.exercises)

@@ -35,7 +35,7 @@ ONLY_IN = {
         "firmware_model/",
     ),
     "hypothesis": ("emulator/testing/",),
-    "pytest": ("emulator/testing/",, "emulator/grading/pytest_plugin.py"),
+    "pytest": ("emulator/testing/", "emulator/grading/pytest_plugin.py"),
     "pydantic": ("emulator/scenario", "emulator/grading/"),
     "click": ("emulator/cli",),
     "rich": ("emulator/cli",),

@@ -83,7 +83,7 @@ class PrintedLines:
         """Return the instructions that load the word (A7.7.44)."""
         address = start
         while address < literal:
-            code = self._code(address)
+            code = self._image.code(address, 4) or bytes(4)
             first, second = code[0] | code[1] << 8, code[2] | code[3] << 8
             base = address + 4 & ~3
             if (first >> 11 == 0b01001 and base + 4 * (first & 0xFF) == literal) or (
@@ -91,12 +91,6 @@ class PrintedLines:
             ):
                 yield address
             address += decode(address, first, second).size
-
-    def _code(self, address: int) -> bytes:
-        for segment in self._image.segments:
-            if segment.address <= address and address + 4 <= segment.end:
-                return segment.data[address - segment.address : address - segment.address + 4]
-        return bytes(4)
 
 
 def _formats(image: FirmwareImage) -> Iterator[Format]:

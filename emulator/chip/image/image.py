@@ -44,6 +44,13 @@ class FirmwareImage:
     notes: tuple[str, ...] = ()
     """Notes for the user, one line each."""
 
+    def code(self, address: int, size: int) -> memoryview | None:
+        """Return ``size`` bytes of the file's contents; None if they are not all in one segment."""
+        for segment in self.segments:
+            if segment.address <= address and address + size <= segment.end:
+                return memoryview(segment.data)[address - segment.address :][:size]
+        return None
+
 
 def checked(
     path: Path,
