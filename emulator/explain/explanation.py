@@ -276,7 +276,8 @@ class _Explainer:
             printed = PrintedLines(self._probed.image, self._places, line.encode("latin-1"))
             place = printed.place(printed.lines[0].made_by) if printed.lines else ""
             return f"{place}: " if place else ""
-        return f"{self._places.place(mistake.addresses[-1])}: " if mistake.addresses else ""
+        found = mistake.addresses or self._own(mistake.part_addresses)
+        return f"{self._places.place(found[-1])}: " if found else ""
 
 
 def _start(places: Places, address: int) -> int:

@@ -8,7 +8,7 @@ that gives its values after every pose. Its instructions are found by watching t
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -123,23 +123,32 @@ class States:
         right = Rule(argument, _EXTREMES[function], step, argument, initial)
         address = RAM_MEMORY.start + _WORD * index
         values = np.array(actual)
-        rule = next(
-            (one for one in self._rules(right) if np.array_equal(self._simulated(one, step), values)), None
-        )
+        rule = self._rule(right, step, values)
         name = self._symbols.member_at(address)
         return WrongState(step, name, address, right, rule, self._values[step], values)
 
-    def _rules(self, right: Rule) -> Iterator[Rule]:
-        """Yield rules with one mistake, the likely ones first."""
-        arguments = list(dict.fromkeys(argument for _, argument in self._steps.values()))
-        yield right  # with another initial value
-        for operator in _EXTREMES.values():
-            for limit in self._steps:
-                yield Rule(right.compared, operator, limit, right.assigned, right.initial)
-        for other in (*arguments, *(name for name in self._values if name not in arguments)):
-            yield Rule(right.compared, right.operator, right.limit, other, right.initial)
-            yield Rule(other, right.operator, right.limit, right.assigned, right.initial)
-            yield Rule(other, right.operator, right.limit, other, right.initial)
+    def _rule(self, right: Rule, step: str, values: Values) -> Rule | None:
+        """Return the rule that gives the values; None if none or several equally likely ones give them."""
+        for kind in self._rules(right):
+            fitting = [one for one in kind if np.array_equal(self._simulated(one, step), values)]
+            if fitting:
+                return fitting[0] if len(fitting) == 1 else None
+        return None
+
+    def _rules(self, right: Rule) -> Iterator[list[Rule]]:
+        """Yield rules with one mistake, by kind of mistake, the likely kinds first."""
+        reverse = next(one for one in _EXTREMES.values() if one != right.operator)
+        same_axis = [
+            name for name, one in self._steps.items() if one[1] == right.compared and name != right.limit
+        ]
+        others = [name for name in self._values if name != right.compared]
+        yield [right]  # with another initial value
+        yield [replace(right, operator=reverse)]
+        yield [replace(right, limit=limit) for limit in same_axis]
+        yield [replace(right, limit=limit) for limit in self._steps if limit not in (right.limit, *same_axis)]
+        yield [replace(right, assigned=other) for other in others]
+        yield [replace(right, compared=other) for other in others]
+        yield [replace(right, compared=other, assigned=other) for other in others]
 
     def _simulated(self, rule: Rule, step: str) -> Values:
         kept, result = rule.initial, []

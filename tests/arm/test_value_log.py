@@ -54,6 +54,18 @@ def test_full_log_counts_lost_values(monkeypatch: pytest.MonkeyPatch) -> None:
         assert len(log.take()) == 10
 
 
+def test_loops_do_not_fill_log() -> None:
+    board = Board("solution", ideal=True)
+    assert board.chip is not None
+    symbols = board.chip.image.symbols
+    assert symbols is not None
+    board.run_for(1.5)
+    with ValueLog(board.chip.chip.core, symbols.code_ranges(lambda _path: True)) as log:
+        board.run_for(2.0)
+        assert log.lost == 0
+        assert np.unique(log.take()["address"], return_counts=True)[1].max() <= 100
+
+
 def test_ended_log_takes_nothing() -> None:
     board = Board("solution", ideal=True)
     board.run_for(1.5)

@@ -22,6 +22,7 @@ FIRST_FLOAT: Final = 13
 _CAPACITY: Final = 1 << 17
 _REGISTERS: Final = 45
 _LATEST: Final = 1 << 16
+_ADDRESSES: Final = 1 << 17
 
 
 class _Log(ctypes.Structure):
@@ -33,6 +34,7 @@ class _Log(ctypes.Structure):
     lost: int
     address: int
     keys: ctypes.Array[ctypes.c_uint32]
+    counts: ctypes.Array[ctypes.c_uint8]
 
     _fields_ = (
         ("values", ctypes.c_uint64),
@@ -40,6 +42,7 @@ class _Log(ctypes.Structure):
         ("registers", ctypes.c_uint32 * _REGISTERS),
         ("keys", ctypes.c_uint32 * _LATEST),
         ("latest", ctypes.c_uint32 * _LATEST),
+        ("counts", ctypes.c_uint8 * _ADDRESSES),
     )
 
 
@@ -47,7 +50,8 @@ class ValueLog:
     """Logs the values that instructions in ``ranges`` (begin, end) compute while the context is
     active.
 
-    An instruction's repeated values are logged once.
+    An instruction's repeated values are logged once. Between two calls of :meth:`take`, each instruction logs at most
+    100 values, so that loops do not fill the log.
     """
 
     def __init__(self, core: Core, ranges: Iterable[tuple[int, int]]) -> None:
@@ -76,7 +80,8 @@ class ValueLog:
         """Return and clear the logged ``VALUE`` records."""
         values = self._values[: self._log.count].copy()
         self._log.count = self._log.lost = self._log.address = 0
-        ctypes.memset(self._log.keys, 0, ctypes.sizeof(self._log.keys))
+        for table in (self._log.keys, self._log.counts):
+            ctypes.memset(table, 0, ctypes.sizeof(table))
         return values
 
     def _watch(self, on: bool) -> None:

@@ -26,9 +26,11 @@ static uint32_t pair_of(const uint32_t *registers, uint32_t number) {
 }
 
 static void add(ValueLog *log, const uint32_t *registers, uint32_t number) {
-  if (is_repeated(log, number, registers[number])) {
+  uint8_t *count = &log->counts[log->address >> 1 & (VALUE_LOG_ADDRESSES - 1)];
+  if (*count == VALUE_LOG_MOST || is_repeated(log, number, registers[number])) {
     return;
   }
+  ++*count;
   if (log->count == log->capacity) {
     log->lost++;
     return;

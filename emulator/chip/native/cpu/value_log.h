@@ -11,6 +11,8 @@
 
 #define VALUE_LOG_REGISTERS 45 /* R0 to R12, S0 to S31 */
 #define VALUE_LOG_LATEST 65536 /* a power of two */
+#define VALUE_LOG_ADDRESSES 131072 /* a power of two: each halfword of the flash */
+#define VALUE_LOG_MOST 100 /* values of one instruction */
 
 /* number: 0 to 12 for R0 to R12, 13 to 44 for S0 to S31. pair: the other register of a pair of an even and
  * an odd number. */
@@ -27,6 +29,8 @@ typedef struct ValueLog {
   /* The last values by a hash of address and register. A value that was logged there before is not logged
      again. */
   uint32_t keys[VALUE_LOG_LATEST], latest[VALUE_LOG_LATEST];
+  /* The number of values by a part of the address. The values of a loop cannot fill the log. */
+  uint8_t counts[VALUE_LOG_ADDRESSES];
 } ValueLog;
 
 void value_log_add(Core *core, uint32_t address);
