@@ -1,25 +1,27 @@
 """Findings of ``fcu check`` for random mistakes: ``python -m tests.campaigns.program_mutants --count 1000 --seed 1``.
 
-Each program is student/main.c with one or two (``--tokens 2``) small mistakes, built with one of three optimisations.
-The table shows, by operator, how many of the programs that lose points get a finding with a line within two lines of
-a mistake, and how many get a finding whose words contain what the operator predicts.
+Each program is student/main.c with one or two (``--tokens 2``) small changes, built with one of three optimisations.
+The table shows, by the kind of change, how many programs lose points, how many of these get a finding with a line
+within two lines of a change, and how many get a finding that names a mistake.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
 import random
 import re
+import shutil
 import subprocess
 import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final, NamedTuple
 
+from fcu_emulator.emulator.grading.judge import judge
+from fcu_emulator.emulator.grading.rubric import load_rubric
 from tests.arm.test_explained_formulas import WITHIN
 from tests.support.arm.student_programs import FOLDER, Change, Program, build
 
@@ -140,90 +142,90 @@ def mutants() -> Iterator[Mutant]:
                         )
 
 
-class Finding(NamedTuple):
-    lost: bool
-    lines: list[list[int]]
-    """Lines of main.c by finding: all in the text."""
-    texts: list[str]
+class Judged(NamedTuple):
+    """What a program's verdict says: ``places``, the lines of main.c; ``causes``, the findings in words."""
+
+    changes: tuple[Mutant, ...]
+    level: str
+    places: frozenset[int]
+    causes: tuple[str, ...]
 
 
-def judged(changes: Sequence[Mutant], level: str, folder: Path, number: int) -> Finding | None:
-    """Return what ``fcu check`` finds; None if the program does not compile."""
-    program = Program(f"mutant{number}", "", tuple(Change("main.c", one.old, one.new) for one in changes))
+SAID: Final = frozenset({"", "missing", "wrong value", "stopped", "prerequisite"})
+"""Findings that only tell a difference. Others name a mistake, such as "never lit" or "wrong format"."""
+
+
+def judged(changes: tuple[Mutant, ...], level: str, folder: Path) -> Judged | None:
+    """Build and judge a program; None if it does not compile, or loses no points."""
+    program = Program("mutant", "", tuple(Change("main.c", one.old, one.new) for one in changes))
     try:
         elf = build(program, level, folder)
     except (AssertionError, subprocess.CalledProcessError):
         return None
-    record = folder / f"{number}.json"
-    command = [sys.executable, "-m", "fcu_emulator", "check", str(elf), "--json", str(record)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    if not record.exists():
-        raise RuntimeError(done.stderr)
-    verdict = json.loads(record.read_text())
-    texts = [
-        "\n".join([cause["summary"], *cause["details"]])
-        for run in verdict["evidence"]
-        for cause in run["causes"]
-    ]
-    texts += [run["stopped"] for run in verdict["evidence"] if run["stopped"]]
-    texts += [
-        f"{one['title']}: {one['actual']}\n{one['source']}" for one in verdict["checks"] if one["source"]
-    ]
-    texts = list(dict.fromkeys(texts))
-    lost = any(check["points"] < check["max_points"] for check in verdict["checks"])
-    return Finding(lost, [[int(one) for one in re.findall(r"main\.c:(\d+)", text)] for text in texts], texts)
+    verdict = judge(str(elf), load_rubric("lab3"), seed=0)
+    shutil.rmtree(elf.parent)
+    failed = [one for one in verdict.checks if one.points < one.max_points]
+    if not failed:
+        return None
+    causes = [cause for run in verdict.evidence for cause in run.causes]
+    texts = [" ".join((cause.summary, *cause.details)) for cause in causes]
+    texts += [one.source for one in failed]
+    lines = {int(line) for text in texts for line in re.findall(r"main\.c:(\d+)", text)}
+    words = [cause.summary for cause in causes]
+    words += [f"{one.title}: {one.actual}" for one in failed if one.finding not in SAID]
+    return Judged(changes, level, frozenset(lines), tuple(dict.fromkeys(words)))
+
+
+def drawn(count: int, seed: int, tokens: int, wanted: str) -> Iterator[tuple[tuple[Mutant, ...], str]]:
+    """Yield changes and the optimisation; every operator is used equally often with each optimisation."""
+    random_ = random.Random(seed)
+    by_operator: dict[str, list[Mutant]] = {}
+    for one in mutants():
+        if wanted in one.operator:
+            by_operator.setdefault(one.operator, []).append(one)
+    operators = sorted(by_operator)
+    for number in range(count):
+        changes = [random_.choice(by_operator[operators[number % len(operators)]])]
+        while len(changes) < tokens:
+            other = random_.choice(by_operator[random_.choice(operators)])
+            if all(other.line != one.line for one in changes):
+                changes.append(other)
+        yield tuple(changes), LEVELS[number // len(operators) % len(LEVELS)]
 
 
 def main() -> None:
-    """Print a line for each mutant, and the table."""
+    """Print a line for each program that loses points, and the table."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--tokens", type=int, default=1)
-    parser.add_argument("--operator", default="")
+    parser.add_argument("--operator", default="", help="a part of the names of the operators")
     parser.add_argument("--jobs", type=int, default=1)
     options = parser.parse_args()
-    draw = random.Random(options.seed)
-    by_operator: dict[str, list[Mutant]] = {}
-    for one in mutants():
-        if options.operator in one.operator:
-            by_operator.setdefault(one.operator, []).append(one)
-    chosen = []
-    for number in range(options.count):
-        first = draw.choice(by_operator[sorted(by_operator)[number % len(by_operator)]])
-        changes = [first]
-        while len(changes) < options.tokens:
-            other = draw.choice(by_operator[draw.choice(sorted(by_operator))])
-            if all(other.line != one.line for one in changes):
-                changes.append(other)
-        chosen.append(changes)
-    total, placed = Counter[str](), Counter[str]()
-    with TemporaryDirectory() as name, ThreadPoolExecutor(options.jobs) as pool:
-        for level in LEVELS:
-            build(Program("warm", ""), level, Path(name))
-        results = pool.map(
-            lambda item: judged(item[1], LEVELS[item[0] % len(LEVELS)], Path(name), item[0]),
-            enumerate(chosen),
-        )
-        for number, (changes, found) in enumerate(zip(chosen, results, strict=True)):
-            if found is None or not found.lost:
+    total, placed, caused = Counter[str](), Counter[str](), Counter[str]()
+    chosen = list(drawn(options.count, options.seed, options.tokens, options.operator))
+    with TemporaryDirectory() as name, ProcessPoolExecutor(options.jobs) as pool:
+        results = pool.map(judged, *zip(*chosen, strict=True), [Path(name)] * len(chosen))
+        for found in results:
+            if found is None:
                 continue
-            operator = changes[0].operator
-            near = [
-                text.split("\n")[0]
-                for text, lines in zip(found.texts, found.lines, strict=True)
-                if any(abs(line - one.line) <= WITHIN for line in lines for one in changes)
-            ]
+            operator = found.changes[0].operator
+            near = any(abs(line - one.line) <= WITHIN for line in found.places for one in found.changes)
             total[operator] += 1
-            placed[operator] += bool(near)
-            mark = "LINE" if near else "----"
-            what = " AND ".join(f"{one.line}: {one.new.strip()}" for one in changes)
-            _say(f"{mark} {operator} {LEVELS[number % len(LEVELS)]} {what}")
-            for text in found.texts:
-                _say(f"       {text.splitlines()[0]}")
-    for operator in [*total, "all"]:
-        numbers = [sum(one.values()) if operator == "all" else one[operator] for one in (total, placed)]
-        _say("{:22} {:4} mutants, {:4} with the line".format(operator, *numbers))
+            placed[operator] += near
+            caused[operator] += bool(found.causes)
+            what = " AND ".join(f"{one.line}: {one.new.strip()}" for one in found.changes)
+            _say(
+                f"{'LINE' if near else '----'} {'CAUSE' if found.causes else '-----'} {operator} {found.level} {what}"
+            )
+            for text in found.causes:
+                _say(f"       {text}")
+    _say("| change | programs | line named | cause named |\n|---|---|---|---|")
+    for operator in [*sorted(total), "all"]:
+        counts = [
+            sum(one.values()) if operator == "all" else one[operator] for one in (total, placed, caused)
+        ]
+        _say(f"| {operator} | {counts[0]} | {counts[1]} | {counts[2]} |")
 
 
 def _say(line: str) -> None:
