@@ -171,7 +171,7 @@ def test_newest_mebibyte_is_kept_without_reader(link: ByteLink, port: Path, word
     for start in range(0, len(data), 10_000):
         link.send(data[start : start + 10_000])
     told = only_report(link, port)
-    assert told.count(f" {len(data) - MIB} ") == 2
+    assert told.count(f" {len(data) - MIB} ") == 1
     words("run", told)
     with terminal(port) as device:
         assert collect(link, lambda: device.read(65536), MIB) == data[-MIB:]
@@ -271,7 +271,7 @@ def test_board_continues_without_new_port(ordinary_user: Path) -> None:
             shutil.rmtree(port.parent)
         link.send(b"goes on")
         link.send(b"goes on")
-        assert only_report(link, port).split().count("14") == 2
+        assert only_report(link, port).split().count("14") == 1
         assert link.undelivered() == 0  # no reader had the port open
 
 
