@@ -24,6 +24,7 @@ _SWITCHES: Final = {
     True: re.compile(r"led_?on$", re.IGNORECASE),
     False: re.compile(r"led_?off$", re.IGNORECASE),
 }
+_ANY_SWITCH: Final = re.compile(r"led_?(on|off)$", re.IGNORECASE)
 _MOVS_R0, _MOV_W, _HALFWORDS_BACK = 0x20, 0xF04F, 8  # MOVS R0, #imm8; MOV.W (ARMv7-M ARM A7.7.76)
 
 
@@ -37,6 +38,10 @@ def led_place(arm: ArmFirmware, switches: LedSwitches, led: str) -> str:
         for one in found
         if (number := statements.first_argument(one)) is not None
     }
+    unknown = [name for name in arm.signals.board.leds if name not in numbers.values()]
+    others = set(statements.first_arguments(_ANY_SWITCH)) - numbers.keys()
+    if len(unknown) == len(others) == 1:
+        numbers[others.pop()] = unknown[0]
     shown: list[tuple[str, str]] = []
     for lit, word in ((True, "on"), (False, "off")):
         every = [*sites.get((led, lit), ()), *statements.calls(_SWITCHES[lit], numbers, led)]
@@ -101,6 +106,14 @@ class _Statements:
                     and numbers.get(number) == led
                 ):
                     yield site
+
+    def first_arguments(self, name: re.Pattern[str]) -> Iterator[int]:
+        """Yield the constants with which the program calls functions of this name."""
+        for function in self._functions():
+            for site, target in calls_of(function, self._code):
+                number = self.first_argument(site) if name.search(self.places.function_name(target)) else None
+                if number is not None:
+                    yield number
 
     def _functions(self) -> Iterator[FunctionAt]:
         for begin, end in self._ranges:

@@ -82,7 +82,17 @@ def _sign(node: Node) -> Iterator[Node]:
 def _number(node: Node) -> Iterator[Node]:
     if isinstance(node, Number):
         value = node.value
-        usual = (value + 1, value - 1, -value, 10 * value, value / 10, 1000 * value, value / 1000)
+        usual = (
+            value + 1,
+            value - 1,
+            -value,
+            2 * value,
+            value / 2,
+            10 * value,
+            value / 10,
+            1000 * value,
+            value / 1000,
+        )
         yield from (Number(other) for other in (*usual, *_USUAL) if other != value)
 
 

@@ -37,11 +37,12 @@ class ProbePose(NamedTuple):
 
 
 PAST: Final = (
-    ProbePose(20, -10, 20, 0),
-    ProbePose(35, -20, 50, 0),
-    ProbePose(-50, 25, 160, 0),
-    ProbePose(20, 40, -100, 0),
+    ProbePose(20, -20, 20, 0),
+    ProbePose(-10, -40, 60, 0),
+    ProbePose(40, 10, -160, 0),
+    ProbePose(40, -50, -20, 0),
 )
+"""The field of each axis is nearer to its middle than in ``POSES``, whose extremes therefore differ from these."""
 POSES: Final = (ProbePose(-25, -55, 75, 140), ProbePose(62, 15, -30, 220), ProbePose(-15, 33, 120, 300))
 """The poses whose values are logged. The board is tilted about both axes, so that every exchange of axes
 changes a value.
