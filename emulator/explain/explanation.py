@@ -27,6 +27,7 @@ from fcu_emulator.emulator.explain.probe import (
     uses_of,
 )
 from fcu_emulator.emulator.explain.search import ValueSearch
+from fcu_emulator.emulator.explain.source_text import source_text
 from fcu_emulator.emulator.explain.states import States, WrongState
 from fcu_emulator.emulator.scenario.formats import NumberFormat
 
@@ -196,7 +197,8 @@ class _Explainer:
 
     def _explanation(self, output: ShownNumber, mistake: Mistake, line: str) -> Explanation:
         step, computed = mistake.step, text(mistake.computed)
-        place = self._place(mistake, output, line)
+        site = self._site(mistake, output, line)
+        place = self._place(site)
         if step == output.step and isinstance(mistake.computed, Name):
             summary = f"{place}{computed} is printed in place of {step}"
         elif isinstance(mistake.computed, Name) and mistake.computed.name not in names(mistake.formula):
@@ -207,11 +209,21 @@ class _Explainer:
         at = POSES[pose]
         attitude = f"roll {at.roll_deg:g}, pitch {at.pitch_deg:g} and yaw {at.yaw_deg:g} degrees"
         details = (
+            *self._quoted(site),
             f"The lab has {step} = {text(mistake.formula)}.",
             *self._part(mistake, place),
             f"At {attitude} this gives {_number(mistake.actual[pose])} in place of {_number(mistake.expected[pose])}.",
         )
         return Explanation(output.check, mistake, Diagnosis("formula", summary, details, fatal=False))
+
+    def _place(self, site: int | None) -> str:
+        return f"{self._places.place(site)}: " if site is not None else ""
+
+    def _quoted(self, site: int | None) -> Iterator[str]:
+        """Yield the source line of an instruction, if its file is beside the ELF file."""
+        symbols = self._probed.image.symbols
+        if site is not None and symbols is not None:
+            yield from filter(None, (source_text(self._probed.image, symbols.line_at(site)),))
 
     def _part(self, mistake: Mistake, place: str) -> Iterator[str]:
         """Yield where the same function first has the value of the wrong part, if in another line.
@@ -220,9 +232,9 @@ class _Explainer:
         """
         if isinstance(mistake.computed, Name):
             lines = sorted({self._places.place(one) for one in mistake.part_addresses}, key=_line_number)
-            own = [one for one in lines if self._is_own(one) and not place.startswith(one.partition(",")[0])]
+            own = [one for one in lines if self._is_own(one) and f"{one}: " != place]
             if own and place:
-                yield f"{own[0]} computes {mistake.computed.name}."
+                yield f"{own[0]} sets the value of {mistake.computed.name}."
             return
         if not mistake.addresses or mistake.part == mistake.computed:
             return
@@ -242,8 +254,13 @@ class _Explainer:
 
     def _state(self, output: ShownNumber, state: WrongState) -> Explanation:
         right, rule = state.right, state.rule
-        place = self._state_place(state)
+        symbols, site = self._probed.image.symbols, self._state_site(state)
+        place = self._place(site)
+        quoted = list(self._quoted(site))
         if rule == right:
+            line = symbols.definition_of_variable(state.address) if symbols is not None else None
+            place = f"{line}: " if line is not None else ""
+            quoted = list(filter(None, (source_text(self._probed.image, line),)))
             beyond = "exceeds" if right.operator == ">" else "falls below"
             summary = f"{place}{state.variable} begins at {_number(right.initial)}, which {right.compared} never {beyond}"
         elif rule is None:
@@ -251,33 +268,30 @@ class _Explainer:
         else:
             summary = f"{place}{state.variable} is set to {rule.assigned} if {rule.compared} {rule.operator} {rule.limit}"
         details = (
+            *quoted,
             f"The lab sets {state.step} to {right.assigned} if {right.compared} {right.operator} {right.limit}.",
             f"After some motion it is {_number(state.actual[-1])} in place of {_number(state.expected[-1])}.",
         )
         return Explanation(output.check, state, Diagnosis("formula", summary, details, fatal=False))
 
-    def _state_place(self, state: WrongState) -> str:
-        """Return the place that stores the variable, or else the first that compares with it."""
-        symbols = self._probed.image.symbols
-        if state.rule == state.right and symbols is not None:
-            line = symbols.definition_of_variable(state.address)
-            return f"{line}: " if line is not None else ""
+    def _state_site(self, state: WrongState) -> int | None:
+        """Return an instruction that stores the variable, or else the first one that compares with it."""
         use = self._uses[state.address]
         own = self._own(site for site, _ in use.stores.most_common()) or self._own(sorted(use.loads))
-        return f"{self._places.place(own[0])}: " if own else ""
+        return own[0] if own else None
 
     def _own(self, sites: Iterable[int]) -> list[int]:
         """Return the instructions outside of libraries and drivers."""
         ranges = own_code(self._probed.image)
         return [site for site in sites if any(begin <= site < end for begin, end in ranges)]
 
-    def _place(self, mistake: Mistake, output: ShownNumber, line: str) -> str:
+    def _site(self, mistake: Mistake, output: ShownNumber, line: str) -> int | None:
+        """Return an instruction of the mistake: its print, a computation, or the load of a wrong operand."""
         if mistake.step == output.step and isinstance(mistake.computed, Name):
             printed = PrintedLines(self._probed.image, self._places, line.encode("latin-1"))
-            place = printed.place(printed.lines[0].made_by) if printed.lines else ""
-            return f"{place}: " if place else ""
+            return printed.address(printed.lines[0].made_by) if printed.lines else None
         found = mistake.addresses or self._own(mistake.part_addresses)
-        return f"{self._places.place(found[-1])}: " if found else ""
+        return found[-1] if found else None
 
 
 def _start(places: Places, address: int) -> int:

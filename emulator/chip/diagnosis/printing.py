@@ -55,12 +55,17 @@ class PrintedLines:
         self.lines = [printed for line in distinct if (printed := self._made_by(line)) is not None]
 
     def place(self, made_by: Format) -> str:
+        address = self.address(made_by)
+        return self._places.place(address) if address is not None else ""
+
+    def address(self, made_by: Format) -> int | None:
+        """Return the instruction that loads a format; None if it is not found."""
         for literal in self._words(made_by.address):
             function = self._places.function(literal)
             if function is not None:
                 for address in self._loads(function.start, literal):
-                    return self._places.place(address)
-        return ""
+                    return address
+        return None
 
     def _made_by(self, line: str) -> FormattedLine | None:
         found = [

@@ -1,0 +1,41 @@
+"""The text of source lines, from the files beside a firmware's ELF file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+from fcu_emulator.emulator.chip.image import FirmwareImage
+from fcu_emulator.emulator.chip.image.lines import SourceLine
+from fcu_emulator.emulator.text import visible
+
+_LARGEST: Final = 1 << 20
+_LONGEST: Final = 90
+_SUFFIXES: Final = frozenset({".c", ".h", ".cc", ".cpp", ".cxx", ".hpp", ".s", ".S", ".inc"})
+
+
+def source_text(image: FirmwareImage, line: SourceLine | None) -> str:
+    """Return a source line as text, or a remark if the source has changed since the build; "" without the file.
+
+    Only source files in the folder of the ELF file are read, because its debug information may name any file.
+    """
+    if line is None:
+        return ""
+    folder = image.path.parent.resolve()
+    try:
+        file = (folder / line.path.replace("\\", "/")).resolve()
+        if not file.is_relative_to(folder) or file.suffix not in _SUFFIXES or not file.is_file():
+            return ""
+        if file.stat().st_mtime > image.path.stat().st_mtime:
+            return f"{line.file} has changed since {image.path.name} was built: build again."
+        return _line(file, line.line)
+    except (OSError, ValueError):
+        return ""
+
+
+def _line(file: Path, number: int) -> str:
+    if file.stat().st_size > _LARGEST:
+        return ""
+    lines = file.read_text(encoding="utf-8", errors="replace").splitlines()
+    text = lines[number - 1].strip() if 0 < number <= len(lines) else ""
+    return f"{file.name}:{number}: {visible(text)[:_LONGEST]}" if text else ""
