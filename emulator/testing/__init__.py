@@ -1,4 +1,4 @@
-"""Support for tests of firmware with pytest and Hypothesis: strategies, the lab's properties, fixtures.
+"""Firmware tests with pytest and Hypothesis: strategies, the lab's properties, fixtures.
 
-The fixtures need pytest: ``pip install pytest``.
+The fixtures need ``pip install pytest``.
 """
