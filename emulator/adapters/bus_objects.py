@@ -1,7 +1,8 @@
 """Bus objects of four I2C driver families, on a virtual board's I2C bus.
 
 Decisions
-    ``BusioI2C`` must be locked before use, as on a microcontroller, so that a driver without the lock fails.
+    ``BusioI2C`` must be locked before use, as on a microcontroller, so that a driver without the
+    lock fails.
 
     ``MachineI2C`` sends a stop even with ``stop=False``. ``i2c_rdwr`` of ``SMBus`` combines only a
     write and the next read. Sensors keep the sub-address over a stop, so the bytes are the same.

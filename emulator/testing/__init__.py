@@ -1,4 +1,4 @@
-"""Firmware tests with pytest and Hypothesis: strategies, the lab's properties, fixtures.
+"""Support for firmware tests with pytest and Hypothesis.
 
 The fixtures need ``pip install pytest``.
 """

@@ -10,8 +10,8 @@ pytest prints counter-examples, if possible with a scenario for the board. The e
 computed from vectors, not by the slides' formulas:
 
 * pitch and roll are the inclinations of the X and the Y axis (mu = 1);
-* yaw is the angle between the horizontal directions of the X axis and the field. Unless pitch or roll
-  is 0, the slides' roll is an approximation, and only the yaw's range is checked.
+* yaw is the angle between the horizontal directions of the X axis and the field. If neither pitch
+  nor roll is 0, the slides' roll is approximate, and only the yaw's range is checked.
 """
 
 from __future__ import annotations
@@ -262,7 +262,7 @@ class _Properties:
 
     @property
     def counterexample(self) -> str:
-        """The latest example as a scenario. After a failure, it is the failing example."""
+        """The scenario of the latest example, which may be a failing one."""
         return self._example()
 
     def board_scenario(self, test: Callable[[_Properties], None]) -> str:

@@ -94,9 +94,9 @@ def _pose_table(pose: Pose, expectations: list[Table], gravity: float, field: fl
 
 
 def calibration_scenario(offset: Vector, field_mgauss: int, order: Sequence[int], end: Vector) -> str:
-    """Return a scenario that points each axis both ways along a horizontal field.
+    """Return a scenario that turns each axis both ways along a horizontal field.
 
-    It then expects MAG at ``end``. ``order``: the order of X, -X, Y, -Y, Z and -Z.
+    It expects MAG at ``end``. ``order``: that of X, -X, Y, -Y, Z and -Z.
     """
     turns = [*(_ALONG[index] for index in order), _ALONG[_direction(end)]]
     steps = [

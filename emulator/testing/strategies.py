@@ -13,8 +13,8 @@
     def test_altitude_is_printed_as_a_number(motion):
         board = Board("lab3.elf", scenario=motion.scenario)
 
-The board's axes are X right, Y forward, Z up. At rest, the upward axis has +1000 mg. Attitudes turn by
-yaw, then pitch, then roll. Examples shrink towards a flat board that points north.
+The board's axes are X right, Y forward, Z up. At rest, the upward axis has +1000 mg. Attitudes turn
+by yaw, then pitch, then roll. Examples shrink towards a flat board that points north.
 """
 
 from __future__ import annotations
@@ -113,10 +113,9 @@ def samples(
     noise_mg: int = 0,
     noise_mgauss: int = 0,
 ) -> st.SearchStrategy[MotionSample]:
-    """Return a strategy for samples at ``poses`` (default: any) in ``field_ut`` (north, east,
-    down).
+    """Return a strategy for samples at ``poses`` (default: any).
 
-    ``noise_mg`` and ``noise_mgauss``: maximum noise of each axis.
+    ``field_ut``: north, east, down. ``noise_mg``, ``noise_mgauss``: maximum noise of each axis.
     """
     acc_noise, mag_noise = (st.tuples(*[st.integers(-most, most)] * 3) for most in (noise_mg, noise_mgauss))
     return st.builds(
