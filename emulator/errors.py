@@ -1,25 +1,25 @@
-"""All errors that this package raises on purpose, grouped by the source of the fault.
+"""Errors that this package raises on purpose, by the source of the fault.
 
 ::
 
     FcuError
-    ├── InputError                 wrong user input             (exit code 2)
-    │   ├── ScenarioError          a scenario file
-    │   ├── RubricError            a rubric
-    │   ├── RecordingError         a CSV recording
-    │   ├── FirmwareFileError      a firmware file
-    │   ├── SymbolError            an unusable C name; also a KeyError
-    │   └── LinkError              a serial link or output file
-    ├── ExpectationError           an unmet expectation         (exit code 1)
-    ├── FirmwareError              failure of the firmware      (exit code 3)
-    │   ├── LimitError             an exceeded limit
-    │   └── CallError              failure of a called function
-    ├── NotJudgedError             no verdict                   (exit code 4)
+    ├── InputError                 user input           (exit code 2)
+    │   ├── ScenarioError          scenario file
+    │   ├── RubricError            rubric
+    │   ├── RecordingError         CSV recording
+    │   ├── FirmwareFileError      firmware file
+    │   ├── SymbolError            C name, also a KeyError
+    │   └── LinkError              serial link or output file
+    ├── ExpectationError           unmet expectation    (exit code 1)
+    ├── FirmwareError              failed firmware      (exit code 3)
+    │   ├── LimitError             exceeded limit
+    │   └── CallError              failed function call
+    ├── NotJudgedError             no verdict           (exit code 4)
     │   └── OutputError            lost output
-    └── I2CError                   a failed transfer
+    └── I2CError                   failed transfer
         ├── I2CNackError           no acknowledge
         ├── I2CBusError            misplaced start or stop (BERR)
-        └── I2CStuckError          a line is held low
+        └── I2CStuckError          line held low
 
 I2C errors are raised only for transfers of Python code through ``board.i2c2``. The trace records
 bus errors of the firmware. Any other exception is a bug of this package.
