@@ -43,10 +43,10 @@ def _kind_of(error: type[FcuError]) -> str:
 
 
 class FcuError(Exception):
-    """Base class of all errors that this package raises on purpose.
+    """Base class of this package's intended errors.
 
-    The text has no control characters. It is one line, unless ``has_lines`` is set. ``kind`` is a
-    stable identifier of the problem ("unknown_key"). Its default is the class name ("scenario").
+    The text has no control characters. It is one line, unless ``has_lines`` is set. ``kind``
+    identifies the problem ("unknown_key"). Its default is the class name ("scenario").
     """
 
     has_lines = False
@@ -125,8 +125,8 @@ class SymbolError(InputError, KeyError):
 class ExpectationError(FcuError):
     """The firmware did not meet an expectation.
 
-    ``lines`` (the last lines of the terminal) and ``diagnosis`` (the firmware's problems) are part
-    of the message.
+    The message contains ``lines`` (last terminal lines) and ``diagnosis`` (the firmware's
+    problems).
     """
 
     has_lines = True

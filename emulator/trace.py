@@ -227,8 +227,7 @@ Subscriber: TypeAlias = Callable[[TraceEvent], None]
 class Trace:
     """The events of a run. Iteration yields all events, and :meth:`of` returns one type.
 
-    ``detailed``: frequent events are requested. ``observed``: any events are requested, also by a
-    subscriber of rare events.
+    ``detailed``: frequent events are requested. ``observed``: any events are requested.
     """
 
     def __init__(self) -> None:

@@ -81,7 +81,7 @@ def sprintf(fmt: str, *args: CArgument) -> bytes:
     """Format ``args`` as C's ``sprintf`` does.
 
     ``%s`` takes str (sent as UTF-8) or bytes, ``%c`` an integer or one character. Raises ValueError
-    for unsupported specifications, or missing or wrong arguments.
+    for unsupported specifications and missing or wrong arguments.
     """
     arguments = iter(args)
     # One character per byte, so that widths and precisions count bytes as C does.

@@ -34,10 +34,10 @@ class Hal(Protocol):
         """Return milliseconds since reset."""
 
     def HAL_I2C_Mem_Read(self, dev_address: int, mem_address: int, size: int) -> tuple[int, bytes]:
-        """Read ``size`` bytes from ``mem_address``. Only HAL_OK gives data."""
+        """Read ``size`` bytes from ``mem_address``. There is data only with HAL_OK."""
 
     def HAL_I2C_Mem_Write(self, dev_address: int, mem_address: int, data: bytes) -> int:
-        """Write ``data`` from ``mem_address``, and return the status."""
+        """Write ``data`` to ``mem_address`` and above, and return the status."""
 
     def HAL_UART_Transmit(self, data: bytes, timeout_ms: int) -> int:
         """Send all bits on USART1 while interrupts run, and return the status."""

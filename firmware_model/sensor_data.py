@@ -81,8 +81,7 @@ _SPIN_MS = 1000
 def initializeAllSensors(hal: Hal) -> None:
     """Initialise the sensors. **Never return** if one is missing or has another identity.
 
-    ST's code stays in ``while(1);``. This loop has delays, because only HAL calls take virtual
-    time.
+    The loop has delays, because only HAL calls take virtual time.
     """
     for init in (LSM6DSL_X_Init, LSM6DSL_G_Init, LIS2MDL_Init, LPS22HB_Init):
         if init(hal) != COMPONENT_OK:
@@ -153,7 +152,7 @@ class SensorReader:
     def ReadSensorRawData(
         self, acc: AxesRaw_TypeDef, gyro: AxesRaw_TypeDef, mag: AxesRaw_TypeDef, press: float
     ) -> float:
-        """Update ``acc`` (mg), ``gyro`` (mdps), ``mag`` (mgauss), and return hPa.
+        """Update ``acc`` (mg), ``gyro`` (mdps), ``mag`` (mgauss). Return the pressure in hPa.
 
         After a failed read, a value does not change. ``press`` is the previous pressure.
         """

@@ -83,7 +83,7 @@ class BusioI2C:
         self._locked = False
 
     def deinit(self) -> None:
-        """Do nothing without pins."""
+        """Do nothing: there are no pins."""
 
     def __enter__(self) -> Self:
         return self
@@ -211,7 +211,7 @@ class SMBus:
         self.close()
 
     def close(self) -> None:
-        """Do nothing without a device file."""
+        """Do nothing: there is no device file."""
 
     def write_quick(self, i2c_addr: int, force: bool | None = None) -> None:
         del force
@@ -302,8 +302,8 @@ Answer: TypeAlias = tuple[int, Exception | None, bytes]
 class SensirionI2C:
     """Give ``I2cConnection(SensirionI2C(board.i2c2, board.run_for))`` to a Sensirion channel.
 
-    ``sleep(seconds)`` lets virtual time pass. The driver turns the status of a failed transfer into
-    its own exception.
+    ``sleep(seconds)`` lets virtual time pass. The driver raises its own exception for a failed
+    transfer's status.
     """
 
     API_VERSION: ClassVar[int] = 1
@@ -328,8 +328,8 @@ class SensirionI2C:
     ) -> Answer:
         """Write ``tx_data``, wait, and read ``rx_length`` bytes. Return status, error and bytes.
 
-        ``tx_data=None`` omits the write, ``rx_length=None`` the wait and the read. Sensors do not
-        stretch the clock, so ``timeout`` is ignored.
+        ``tx_data=None`` omits the write, ``rx_length=None`` the wait and the read. ``timeout`` is
+        ignored.
         """
         del timeout
         try:

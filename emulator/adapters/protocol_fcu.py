@@ -138,7 +138,7 @@ class Serial(serial.SerialBase):  # type: ignore[misc]  # pyserial has no types
 
 
 def _board(url: str) -> Board:
-    """Return an address' board. Raises InputError."""
+    """Return the board for an address. Raises InputError."""
     firmware, _, query = url.removeprefix("fcu://").partition("?")
     options = with_current_keys(dict(parse_qsl(query, keep_blank_values=True)), _OLD)
     if unknown := options.keys() - _KNOWN:

@@ -43,7 +43,7 @@ def replay(board: Board, firmware: Callable[[Any], HostedApplication]) -> Observ
     """Return text and LEDs of ``firmware`` with the samples read on ``board``.
 
     ``board`` has run with ``trace.record_all()``. ``firmware`` takes a HAL. Raises InputError for a
-    failed transfer, or a request for data that was not read.
+    failed transfer, or a request for unread data.
     """
     hal = _ReplayHal(_Recording(board))
     application = firmware(hal)
@@ -89,10 +89,7 @@ class _Recording:
         self.left_ps = [at_ps + frame_ps for at_ps in self.sent_ps]
 
     def position(self, text: bytearray) -> int:
-        """Return the recorded position that corresponds to the end of ``text``.
-
-        It has as many complete lines before it, and as many bytes in its line.
-        """
+        """Return the recorded position after as many lines and further bytes as ``text`` has."""
         lines = text.count(_LF)
         if not lines:
             return len(text)

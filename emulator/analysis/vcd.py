@@ -2,8 +2,8 @@
 
 Decision: all wires in the VCD file have one bit, because the reader of sigrok stops at a vector.
 
-The writer, pyvcd of the extra ``views``, requires increasing times. Edges therefore wait for
-``HELD_PS``. Longer transfers are omitted and counted.
+The writer, pyvcd of the extra ``views``, requires increasing times. Edges wait for ``HELD_PS``.
+Longer transfers are omitted and counted.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Bus transfers and serial frames as bits on wires.
 
-Bits are spread evenly over a message, because pauses between bytes are not recorded.
+Bits are evenly spaced, because pauses between bytes are not recorded.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Cleanup before the process ends, such as the removal of files that other programs read.
+"""Cleanup before the process ends, such as removal of files that other programs read.
 
-Decision: cleanup that must not be lost is also registered with :func:`before_exit`. A signal may
-raise an exception between the creation of a file and its ``try``. A second signal may interrupt a
-``finally`` or an ExitStack. The entry point repeats :func:`clean_up` until all actions are done.
+Decision: cleanup that must not be lost is also registered with :func:`before_exit`. Signals may
+interrupt the code between a file's creation and its ``try``, or a ``finally``. The entry point
+repeats :func:`clean_up` until all actions are done.
 """
 
 from __future__ import annotations

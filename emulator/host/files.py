@@ -22,7 +22,7 @@ _OF_A_NAME = frozenset(
 
 
 def is_about_the_name(error: OSError) -> bool:
-    """Return whether a file's name or kind causes ``error``. A submission's author chooses both."""
+    """Return whether a file's name or kind causes ``error``."""
     return error.errno in _OF_A_NAME
 
 

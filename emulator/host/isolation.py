@@ -65,7 +65,7 @@ class WorkerLimits:
             raise InputError(f"limit memory_bytes {problem}")
 
     def apply(self) -> tuple[str, ...]:
-        """Apply the limits, and return the names of those that the system does not enforce.
+        """Apply the limits, and return those that the system does not enforce.
 
         Lower existing limits remain. Processor time counts from the latest call. Call it before
         large imports.

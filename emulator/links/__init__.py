@@ -23,8 +23,8 @@ def open_link(
     """Open the link ``spec``, one of ``CHOICES``.
 
     ``port`` means pty, or tcp on systems without pseudo-terminals. ``firmware_baud()`` returns the
-    USART's rate. ``say(line)`` receives messages. Raises LinkError if ``spec`` is unknown or
-    unsupported here.
+    USART's rate. ``say(line)`` receives messages. Raises LinkError for an unknown or unsupported
+    ``spec``.
     """
     kind, colon, name = spec.partition(":")
     if spec == "stdout":

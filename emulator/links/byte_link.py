@@ -58,7 +58,7 @@ class Addressed(Protocol):
 
 
 class MemoryLink:
-    """Test link. ``sent`` has the board's bytes, and ``feed`` adds bytes for the board."""
+    """A link for tests. ``sent`` has the board's bytes, and ``feed`` adds bytes for the board."""
 
     def __init__(self) -> None:
         self.sent = bytearray()

@@ -12,7 +12,7 @@ from fcu_emulator.emulator.host.loopback import HOST
 def miniterm() -> str:
     """Return the command of pyserial's terminal.
 
-    PowerShell cannot run a quoted path. On Windows, ``python`` therefore replaces such a path.
+    PowerShell cannot run a quoted path. On Windows, ``python`` replaces such a path.
     """
     python = quoted(sys.executable)
     if sys.platform == "win32" and python != sys.executable:

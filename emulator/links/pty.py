@@ -4,8 +4,8 @@ Decision: the pseudo-terminal keeps text until the first reader opens it, becaus
 has no reset button.
 
 Decision: the pseudo-terminal holds data back until a new reader has flushed its input, as pyserial
-does after opening, or for ``HOLD_S``. A program that opens it more briefly (``stty``, a modem
-prober) is not a reader.
+does after opening, or for ``HOLD_S``. A program that opens it more briefly, such as ``stty``, is
+not a reader.
 
 Decision: after a reader of the pseudo-terminal has left, text is lost as on a real wire.
 
@@ -278,8 +278,7 @@ class PtyDevice:
     def recycle(self) -> int | None:
         """Discard a former reader's settings and unread bytes, and return the number of bytes.
 
-        Return None if the device cannot be opened. ``screen`` sets TIOCEXCL, which stays set on
-        Linux.
+        Return None if the device cannot be opened. On Linux, TIOCEXCL of ``screen`` stays set.
         """
         try:
             with self._slave() as slave:

@@ -11,10 +11,7 @@ Entries = Callable[[float, str | None, str | None], list[dict[str, Any]]]
 
 @dataclass(frozen=True)
 class Gesture:
-    """A gesture.
-
-    ``entries`` maps (amount, time, axis) to timeline entries. None selects a default.
-    """
+    """``entries`` maps (amount, time, axis) to timeline entries. None selects a default."""
 
     usual: float | None
     """Default amount; None if the gesture does not take an amount."""

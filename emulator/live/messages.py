@@ -1,4 +1,4 @@
-"""Messages between a page and a session: commands and events.
+"""Commands and events between a page and a session.
 
 Each message is a JSON object. Its ``type`` is the class name in snake case, without Command or
 Event. Its other members are the fields. Times are virtual seconds, and angles are degrees. Terminal
@@ -155,7 +155,7 @@ class SessionEvent:
 
 @dataclass(frozen=True)
 class Hello(SessionEvent):
-    """The first message, with constant data; see :func:`fcu_emulator.emulator.live.transfers.outputs`."""
+    """Constant data, sent first. See :func:`fcu_emulator.emulator.live.transfers.outputs`."""
 
     board: str
     version: str

@@ -18,7 +18,7 @@ _TABLES = ("firmware_settings", "bus", "world", "sensors")
 class SessionRecording:
     """Recording of a board's actions.
 
-    ``source``: origin, for a comment. ``cold``: whether the sensors' supply was switched on at 0 s.
+    ``source``: origin, for a comment. ``cold``: the sensors' supply was switched on at 0 s.
     """
 
     def __init__(

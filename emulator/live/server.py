@@ -66,8 +66,8 @@ def websockets_missing() -> InputError:
 class PageServer:
     """Server of the page and its sockets. Set ``controls`` before the first page connects.
 
-    ``port`` 0: any free port. ``say(line)`` receives failures. Raises InputError if the library is
-    missing or ``listen`` is not an address, LinkError if address or port is not available.
+    ``port`` 0: any free port. ``say(line)`` receives failures. Raises InputError for a missing
+    library or an invalid ``listen``, LinkError for an unavailable address or port.
     """
 
     def __init__(

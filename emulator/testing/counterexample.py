@@ -26,7 +26,7 @@ from fcu_emulator.emulator.testing.lab3 import Compiled, lab3_properties
 def counterexample(firmware: str, law: str, examples: int) -> str | None:
     """Return the violation of property ``test_<law>`` in one line, or None.
 
-    Raises NotJudgedError if the firmware lacks the function, and CallError if the call fails.
+    Raises NotJudgedError for a missing function, and CallError for a failed call.
     """
     error = _failure(_laws(firmware, examples), law)
     return None if error is None else _in_a_line(error)

@@ -6,8 +6,8 @@ This creates a test class for a student's firmware::
 
     TestMyLab = lab3_properties(Compiled("build/mylab.elf"))
 
-pytest prints counter-examples, if possible with a scenario for the board. The expected angles are
-computed from vectors, not by the slides' formulas:
+pytest prints counter-examples, if possible as a scenario. Expected angles are computed from
+vectors, not by the slides' formulas:
 
 * pitch and roll are the inclinations of the X and the Y axis (mu = 1);
 * yaw is the angle between the horizontal directions of the X axis and the field. If neither pitch
@@ -268,8 +268,7 @@ class _Properties:
     def board_scenario(self, test: Callable[[_Properties], None]) -> str:
         """Return a scenario whose board shows the failure of ``test``, or "".
 
-        A minimised error may be too small for the sensors. A second search therefore ignores errors
-        below their resolution.
+        A minimised error may be too small for the sensors. A second search ignores such errors.
         """
         if not isinstance(self.subject, Compiled) or shows(self.subject.name, self.counterexample):
             return self.counterexample
@@ -421,7 +420,7 @@ class _Properties:
 
 
 def replay(pose: Pose) -> str:
-    """Return a scenario that sets the pose and expects angles with exact lab formulas."""
+    """Return a scenario that sets the pose and expects exactly computable angles."""
     fields = ["Pitch"]
     fields += ["Roll"] if pose.pitch_deg == 0 and abs(pose.roll_deg) < 90 else []
     fields += ["Yaw"] if pose.is_about_one_axis and max(abs(pose.roll_deg), abs(pose.pitch_deg)) < 80 else []

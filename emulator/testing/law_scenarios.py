@@ -47,8 +47,8 @@ def pose_scenario(
 ) -> str:
     """Return a scenario that sets the pose, with a calibrated compass.
 
-    ``expected_deg``: value and tolerance by field. ``gravity`` and ``field``: multiples of the
-    usual values.
+    ``expected_deg``: value and tolerance by field. ``gravity``, ``field``: multiples of usual
+    values.
     """
     expectations = [
         {"kind": "field", "name": name, "value": round(value, 3) + 0.0, "tolerance": tolerance, "from": "19s"}
@@ -160,7 +160,7 @@ def command(firmware: str) -> str:
 
 
 def shows(firmware: str, scenario: str) -> bool:
-    """Return whether only ``firmware`` fails, not ``lab3``. Raises InputError."""
+    """Return whether ``firmware`` fails but ``lab3`` passes. Raises InputError."""
     return _passes(REFERENCE, scenario) and not _passes(firmware, scenario)
 
 

@@ -70,7 +70,7 @@ class MotionSample:
 def attitudes(
     max_roll_deg: float = 180.0, max_pitch_deg: float = 90.0, *, one_axis: bool = False
 ) -> st.SearchStrategy[Pose]:
-    """Return a strategy for poses. ``one_axis``: roll or pitch is 0."""
+    """Strategy for poses. ``one_axis``: roll or pitch is 0."""
     rolls, pitches, yaws = angles(max_roll_deg), angles(max_pitch_deg), angles(180.0)
     level = st.just(0.0)
     if one_axis:
@@ -79,7 +79,7 @@ def attitudes(
 
 
 def angles(limit_deg: float) -> st.SearchStrategy[float]:
-    """Return a strategy for angles up to the limit, often near quarter turns."""
+    """Strategy for angles up to the limit, often near quarter turns."""
     quarters = [at * 90.0 + beside for at in range(-2, 3) for beside in (0.0, _NEAR, -_NEAR)]
     edges = sorted(
         {angle for angle in (*quarters, -limit_deg, limit_deg) if abs(angle) <= limit_deg}, key=abs
@@ -89,7 +89,7 @@ def angles(limit_deg: float) -> st.SearchStrategy[float]:
 
 
 def fields() -> st.SearchStrategy[tuple[float, float, float]]:
-    """Return a strategy for the earth's field: north, east (0) and down in microtesla.
+    """Strategy for the earth's field: north, east (0) and down in microtesla.
 
     The total is 22 to 67 uT (World Magnetic Model), and the horizontal part at least 10 uT.
     """
@@ -113,9 +113,9 @@ def samples(
     noise_mg: int = 0,
     noise_mgauss: int = 0,
 ) -> st.SearchStrategy[MotionSample]:
-    """Return a strategy for samples at ``poses`` (default: any).
+    """Strategy for samples at ``poses`` (default: any).
 
-    ``field_ut``: north, east, down. ``noise_mg``, ``noise_mgauss``: maximum noise of each axis.
+    ``field_ut``: north, east, down. ``noise_mg``, ``noise_mgauss``: maximum noise by axis.
     """
     acc_noise, mag_noise = (st.tuples(*[st.integers(-most, most)] * 3) for most in (noise_mg, noise_mgauss))
     return st.builds(
@@ -127,18 +127,18 @@ def samples(
 
 
 def hard_irons(most_mgauss: int = 500) -> st.SearchStrategy[Vector]:
-    """Return a strategy for hard iron in mgauss, in board axes."""
+    """Strategy for hard iron in mgauss, in board axes."""
     return st.tuples(*[st.integers(-most_mgauss, most_mgauss)] * 3)
 
 
 def soft_irons(most: float = 0.2) -> st.SearchStrategy[tuple[tuple[float, ...], ...]]:
-    """Return a strategy for soft iron: unit matrix plus symmetric changes of up to ``most``."""
+    """Strategy for soft iron: unit matrix plus symmetric changes of up to ``most``."""
     six = st.tuples(*[st.floats(-most, most).map(lambda number: round(number, 3) + 0.0)] * 6)
     return six.map(lambda s: ((1 + s[0], s[1], s[2]), (s[1], 1 + s[3], s[4]), (s[2], s[4], 1 + s[5])))
 
 
 def zero_vectors() -> st.SearchStrategy[tuple[Vector, Vector]]:
-    """Return a strategy for acceleration and field, of which at least one is zero."""
+    """Strategy for acceleration and field, of which at least one is zero."""
     anything = st.tuples(*[st.integers(-2000, 2000)] * 3)
     zero = st.just((0, 0, 0))
     return st.tuples(zero, zero) | st.tuples(zero, anything) | st.tuples(anything, zero)
@@ -165,7 +165,7 @@ def motions(
     most_moves: int = 4,
     expect: Sequence[Mapping[str, Any]] = (),
 ) -> GeneratedMotion:
-    """Return a strategy for motions that take some seconds.
+    """Strategy for motions that take some seconds.
 
     Without ``scenario``, a motion has up to ``most_moves`` turns to ``poses`` (default: any) and
     lifts, with rests between them, ideal sensors and expectations ``expect``. Otherwise, Hypothesis
