@@ -254,7 +254,7 @@ class Trace:
         return [event for event in self._events if isinstance(event, kind)]
 
     def record_all(self) -> None:
-        """Keep every event in memory from now on, including frequent events."""
+        """Keep every event in memory from now on."""
         self._draw()
         self._keep_detail = True
         self._look_who_listens()

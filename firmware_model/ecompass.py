@@ -89,7 +89,7 @@ def _angles(
 
 
 def getAltitude(press: float, temperature: float, press_zero_level: float) -> float:
-    """Return the height in m (float32) above ``press_zero_level``, from hPa and degC.
+    """Return the height in m (float32) above level ``press_zero_level``, from hPa and degC.
 
     As in C, a pressure of 0 gives an infinity, and a negative pressure a NaN.
     """

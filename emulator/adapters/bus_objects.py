@@ -96,7 +96,7 @@ class BusioI2C:
             return scan(self._master)
 
     def writeto(self, address: int, buffer: Buffer, *, start: int = 0, end: int | None = None) -> None:
-        """Write a slice of ``buffer``. An empty slice checks that the device is present."""
+        """Write a slice of ``buffer``. An empty slice checks for the device."""
         with self._transfer():
             self._master.write(address, bytes(memoryview(buffer)[start:end]))
 

@@ -53,7 +53,7 @@ class Rules:
     """Rules of equality.
 
     ``timing_ps``: tolerance of the pace. ``tolerance``: tolerance of numbers by field ("ACC.x",
-    "Yaw"), in printed units. ``ignore``: properties that are not compared.
+    "Yaw"), in printed units. ``ignore``: properties not to compare.
     """
 
     timing_ps: int = TIMING_PS

@@ -40,7 +40,7 @@ class _Rows(NamedTuple):
         return (self.low + self.high) / 2
 
     def residual(self, mapped_low: Numbers, mapped_high: Numbers, values: Numbers | None = None) -> float:
-        """Return the error limit of nearly all rows in mgauss, after removal of axis constants."""
+        """Return the error limit of nearly all rows in mgauss, ignoring a constant per axis."""
         printed = self.values if values is None else values
         offset = np.median(printed - (mapped_low + mapped_high) / 2, axis=0)
         moved = printed - offset

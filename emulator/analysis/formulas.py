@@ -86,7 +86,7 @@ def explained(
     wrong: Sequence[Formula],
     near: Near,
 ) -> Hint | None:
-    """Return the best wrong formula, if the right one does not fit."""
+    """Return the best wrong formula, unless the right one fits."""
     rows = [row for row in rows if math.isfinite(_value(right, row))]
     different = [row for row in rows if not _fits(field, right, row, near) and not _is_true(field, row, near)]
     if len(rows) < _FEWEST or len(different) < max(_DIFFERENT, (1 - _SHARE) * len(rows)):

@@ -61,7 +61,7 @@ def explain(board: Board, recorder: TruthRecorder, after_failure: bool = False) 
 
 
 class _Where:
-    """Finds the program line that printed text."""
+    """Search for the program line that printed text."""
 
     def __init__(self, arm: ArmFirmware | None) -> None:
         self._arm = arm

@@ -154,7 +154,7 @@ def lines_of(text: Iterable[tuple[int, int]]) -> list[ObservedItem]:
 
 
 def edges_of(events: Iterable[GpioEdge], pin: str) -> list[ObservedItem]:
-    """Return an LED pin's edges. It is low while lit."""
+    """Return an LED pin's edges. The pin is low while lit."""
     return [ObservedItem(event.t_ps, "off" if event.level else "on") for event in events if event.pin == pin]
 
 

@@ -51,6 +51,6 @@ def command_line(words: Iterable[str]) -> str:
 
 
 def how_to_install(program: str) -> str:
-    """Return the hint for installing ``program``. The default is Debian's hint."""
+    """Return the hint for installing ``program``, by default Debian's."""
     ways = _INSTALL[program]
     return ways.get(sys.platform, ways["linux"])

@@ -1,7 +1,7 @@
 """Control of running boards by other ``fcu`` programs of the same user.
 
-A file in the user's runtime folder has port and token. A client's first line is the token. Each
-line is a JSON object.
+A file in the user's runtime folder has port and token. Each line of a client is a JSON object, the
+first with the token.
 
 Decision: the control server uses TCP and a token on every system, because Windows needs TCP anyway.
 

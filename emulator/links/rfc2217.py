@@ -111,7 +111,7 @@ class Negotiated(Coding):
 
 
 class Rfc2217Link(TcpLink):
-    """A link on ``port`` of 127.0.0.1 (None: default, 0: any free port). Raises LinkError.
+    """A link on ``port`` of 127.0.0.1 (None: default, 0: any free). Raises LinkError.
 
     ``say(line)`` receives rate mismatches.
     """

@@ -1,4 +1,4 @@
-"""The run loop, which runs a board in slices, follows the wall clock, and serves the links."""
+"""The run loop: it runs a board in slices, follows the wall clock, and serves links."""
 
 from __future__ import annotations
 

@@ -134,7 +134,7 @@ class Reader:
 
 
 class TcpLink:
-    """A link on ``port`` of 127.0.0.1 (None: default, 0: any free port). Raises LinkError."""
+    """A link on ``port`` of 127.0.0.1 (None: default, 0: any free). Raises LinkError."""
 
     kind = "tcp"
     first_port = FIRST_PORT

@@ -56,7 +56,7 @@ _MOST_UPLOADS = 2  # each with up to 11 MiB
 
 
 class LiveSession:
-    """A session: one board after another, each with a pace and commands.
+    """One board after another, each with a pace and commands.
 
     Raises FcuError if the first board cannot be created. ``record``: scenario file of the session,
     written at the end and at each power-on.

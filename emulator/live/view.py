@@ -159,7 +159,7 @@ def _leaves(name: str, value: Any, depth: int = 3) -> Iterator[tuple[str, float]
 
 
 class Load:
-    """Load of callback and serial line over two virtual seconds, with bus and line speeds."""
+    """Load of callback and serial line over two virtual seconds, and bus and line speeds."""
 
     def __init__(self, board: Board, recorder: TruthRecorder) -> None:
         self._board = board

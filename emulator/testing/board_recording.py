@@ -57,7 +57,7 @@ _AT_POWER_ON: Mapping[str, Callable[[Mapping[str, Any]], dict[str, object]]] = {
 
 
 class BoardRecording:
-    """Recorder of actions on ``board`` from power-on. ``cold``: its sensors start then, too."""
+    """Recorder of actions on ``board`` from power-on. ``cold``: the sensors start then, too."""
 
     def __init__(self, board: Board, cold: bool = False) -> None:
         self._board = board

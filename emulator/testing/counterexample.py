@@ -91,7 +91,7 @@ def _nothing_stored() -> Iterator[None]:
 
 @contextmanager
 def _no_constants_of_sources() -> Iterator[None]:
-    """Prevent Hypothesis from trying constants of local modules, which a wheel hides."""
+    """Prevent Hypothesis from trying constants of local modules, found only in a clone."""
     try:
         from hypothesis.internal.conjecture import providers
         from hypothesis.internal.constants_ast import Constants

@@ -222,7 +222,7 @@ def _by_hand(item: pytest.Item, board: Board) -> str:
 
 
 def evidence(board: Board, by_hand: str = "") -> Iterator[tuple[str, str]]:
-    """Yield title and text of each piece of evidence for a failure.
+    """Yield each piece of evidence for a failure as title and text.
 
     ``by_hand``: command for the same board.
     """

@@ -43,7 +43,7 @@ _INIT: tuple[Step, ...] = (
 
 
 def LIS2MDL_Init(hal: Hal) -> int:
-    """Set up the sensor, which stays idle. Return COMPONENT_ERROR if it is absent."""
+    """Set up the sensor, which stays idle. Return COMPONENT_ERROR if absent."""
     if check_who_am_i(hal, LIS2MDL_ADDRESS, WHO_AM_I, WHO_AM_I_VALUE) != COMPONENT_OK:
         return COMPONENT_ERROR
     return update_registers(hal, LIS2MDL_ADDRESS, _INIT)

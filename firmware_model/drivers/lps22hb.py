@@ -1,6 +1,6 @@
 """LPS22HB barometer: set-up over I2C, and readings.
 
-The steps follow ST's STSW-FCU001, without those for SPI.
+The steps follow ST's STSW-FCU001 without SPI.
 
 Decision: the driver of the LPS22HB sets IF_ADD_INC in the transaction in which ST's driver clears
 it, because bursts need this bit.
@@ -62,7 +62,7 @@ _INIT: tuple[Step, ...] = (
 def LPS22HB_Init(hal: Hal) -> int:
     """Reset the sensor, wait 1 s, and set it up in power-down.
 
-    Return COMPONENT_ERROR if it is absent.
+    Return COMPONENT_ERROR if the sensor is absent.
     """
     if update_register(hal, LPS22HB_ADDRESS, (CTRL_REG2, BOOT_SWRESET, BOOT_SWRESET)) != COMPONENT_OK:
         return COMPONENT_ERROR

@@ -1,6 +1,6 @@
 """LSM6DSL accelerometer and gyroscope: set-up over I2C.
 
-The steps follow ST's STSW-FCU001, without those for SPI.
+The steps follow ST's STSW-FCU001 without SPI.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ _FLIGHT_SETUP: tuple[Step, ...] = (
 
 
 def LSM6DSL_X_Init(hal: Hal) -> int:
-    """Set up the accelerometer in power-down. Return COMPONENT_ERROR if it is absent."""
+    """Set up the accelerometer in power-down. Return COMPONENT_ERROR if absent."""
     if check_who_am_i(hal, LSM6DSL_ADDRESS, WHO_AM_I, WHO_AM_I_VALUE) != COMPONENT_OK:
         return COMPONENT_ERROR
     return update_registers(hal, LSM6DSL_ADDRESS, _X_INIT)
