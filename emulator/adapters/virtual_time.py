@@ -26,9 +26,9 @@ _in_use: set[str] = set()  # modules that now run on a board's time
 def virtual_time(board: Board, *modules: ModuleType) -> Iterator[None]:
     """Make ``modules`` and their imported submodules use the board's clock.
 
-    The block replaces their references to ``time``, its function ``sleep``, and its clocks
-    ``monotonic``, ``perf_counter`` and ``time`` with their ``_ns`` variants. The clocks count from
-    power-on. Raises InputError if a module already uses a board's time.
+    Until its end, the block replaces their references to ``time``, its function ``sleep``, and its
+    clocks ``monotonic``, ``perf_counter`` and ``time`` with their ``_ns`` variants. The clocks
+    count from power-on. Raises InputError if a module already uses a board's time.
     """
     found = _with_submodules(modules)
     taken = _in_use.intersection(found)

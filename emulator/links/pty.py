@@ -263,7 +263,7 @@ class PtyDevice:
             return 0
 
     def unread(self) -> int | None:
-        """Return a lower bound of unread bytes (0 is exact), or None if TIOCEXCL is set."""
+        """Return a lower bound of unread bytes (0 is exact), or None if TIOCEXCL locks the port."""
         try:
             with self._slave() as slave:
                 # poll() first: it moves pending bytes into the queue that FIONREAD counts
