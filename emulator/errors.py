@@ -1,28 +1,28 @@
-"""All errors that this package raises on purpose, grouped by the source of the fault.
+"""Errors that this package raises on purpose, by the source of the fault.
 
 ::
 
     FcuError
-    ├── InputError                 wrong user input             (exit code 2)
-    │   ├── ScenarioError          a scenario file
-    │   ├── RubricError            a rubric
-    │   ├── RecordingError         a CSV recording
-    │   ├── FirmwareFileError      a file that is not firmware for this board
-    │   ├── SymbolError            a C name that cannot be used; also a KeyError
-    │   └── LinkError              a serial link or output file
-    ├── ExpectationError           an expectation was not met   (exit code 1)
-    ├── FirmwareError              the firmware itself failed   (exit code 3)
-    │   ├── LimitError             it exceeded a limit
-    │   └── CallError              a called function did not return
-    ├── NotJudgedError             no verdict                   (exit code 4)
+    ├── InputError                 user input           (exit code 2)
+    │   ├── ScenarioError          scenario file
+    │   ├── RubricError            rubric
+    │   ├── RecordingError         CSV recording
+    │   ├── FirmwareFileError      firmware file
+    │   ├── SymbolError            C name, also a KeyError
+    │   └── LinkError              serial link or output file
+    ├── ExpectationError           unmet expectation    (exit code 1)
+    ├── FirmwareError              failed firmware      (exit code 3)
+    │   ├── LimitError             exceeded limit
+    │   └── CallError              failed function call
+    ├── NotJudgedError             no verdict           (exit code 4)
     │   └── OutputError            lost output
-    └── I2CError                   a transfer on the bus failed
+    └── I2CError                   failed transfer
         ├── I2CNackError           no acknowledge
         ├── I2CBusError            misplaced start or stop (BERR)
-        └── I2CStuckError          a line is held low
+        └── I2CStuckError          line held low
 
-Bus errors of the firmware are recorded in the trace. I2C errors are raised only if Python code is the bus master,
-through ``board.i2c2``. An error outside this tree is a bug of this package.
+I2C errors are raised only for transfers of Python code through ``board.i2c2``. The trace records
+bus errors of the firmware. Any other exception is a bug of this package.
 """
 
 from __future__ import annotations
@@ -43,10 +43,10 @@ def _kind_of(error: type[FcuError]) -> str:
 
 
 class FcuError(Exception):
-    """Base class of all errors that this package raises on purpose.
+    """Base class of this package's intended errors.
 
-    The text is one line without control characters; with ``has_lines`` it may have several lines. ``kind`` is a stable
-    identifier of the problem ("unknown_key"), by default derived from the name of the class ("scenario").
+    The text has no control characters. It is one line, unless ``has_lines`` is set. ``kind``
+    identifies the problem ("unknown_key"). Its default is the class name ("scenario").
     """
 
     has_lines = False
@@ -60,7 +60,7 @@ class FcuError(Exception):
 
 
 def failure_text(error: Exception) -> str:
-    """Return the message to the user if ``error`` ended one command but not the program."""
+    """Return the user's message for an ``error`` that ended only one command."""
     if isinstance(error, FcuError):
         return str(error)
     if isinstance(error, MemoryError):
@@ -72,11 +72,11 @@ def failure_text(error: Exception) -> str:
 
 
 class InputError(FcuError):
-    """The user's input cannot be used; the message states problem, place and correct form."""
+    """The user's input cannot be used. The message states problem, place and correct form."""
 
 
 class ScenarioError(InputError):
-    """A scenario file is wrong at ``key`` (a dotted path such as ``timeline[2].for``)."""
+    """A scenario file is wrong at ``key``, a path such as ``timeline[2].for``."""
 
     def __init__(self, file: str, key: str, problem: str, *, kind: str = "") -> None:
         self.file = file
@@ -86,7 +86,7 @@ class ScenarioError(InputError):
 
 
 class RubricError(InputError):
-    """A rubric is wrong at ``key`` (a dotted path such as ``exercise[1].check[0].points``)."""
+    """A rubric is wrong at ``key``, a path such as ``exercise[1].check[0].points``."""
 
     def __init__(self, file: str, key: str, problem: str, *, kind: str = "") -> None:
         self.file = file
@@ -96,7 +96,7 @@ class RubricError(InputError):
 
 
 class RecordingError(InputError):
-    """A CSV recording is wrong at ``line`` (from 1; 0 means the whole file)."""
+    """A CSV recording is wrong at ``line``, counted from 1 (0: whole file)."""
 
     def __init__(self, file: str, line: int, problem: str, *, kind: str = "") -> None:
         self.file = file
@@ -106,7 +106,7 @@ class RecordingError(InputError):
 
 
 class FirmwareFileError(InputError):
-    """A firmware file cannot be run on this board."""
+    """This board cannot run the firmware file."""
 
     def __init__(self, file: str, problem: str, *, kind: str = "") -> None:
         self.file = file
@@ -115,18 +115,18 @@ class FirmwareFileError(InputError):
 
 
 class LinkError(InputError):
-    """A serial link or an output file cannot be opened on this machine."""
+    """A serial link or an output file cannot be opened."""
 
 
 class SymbolError(InputError, KeyError):
-    """A variable or function cannot be found in the firmware by its C name, or its type is unknown."""
+    """A C name is not in the firmware, or its type is unknown."""
 
 
 class ExpectationError(FcuError):
-    """An expectation of the firmware was not met.
+    """The firmware did not meet an expectation.
 
-    ``lines``: the last lines of the terminal; ``diagnosis``: the firmware's problems. Both are part of the
-    message.
+    The message contains ``lines`` (last terminal lines) and ``diagnosis`` (the firmware's
+    problems).
     """
 
     has_lines = True
@@ -141,13 +141,13 @@ class ExpectationError(FcuError):
 
 
 class FirmwareError(FcuError):
-    """The firmware under test failed; ``__cause__`` is the exception of the firmware."""
+    """The firmware failed. ``__cause__`` is its exception."""
 
     has_lines = True
 
 
 class LimitError(FirmwareError):
-    """Firmware was stopped at ``limit``, a field of :class:`fcu_emulator.emulator.chip.firmware.Limits`."""
+    """Firmware reached ``limit``, one of :class:`fcu_emulator.emulator.chip.firmware.Limits`."""
 
     def __init__(self, limit: str, problem: str) -> None:
         self.limit = limit
@@ -155,19 +155,19 @@ class LimitError(FirmwareError):
 
 
 class CallError(FirmwareError):
-    """A called function of the firmware has failed, or has not returned."""
+    """A called function of the firmware failed or did not return."""
 
 
 class NotJudgedError(FcuError):
-    """The run has no verdict, because of a failure outside the firmware or an early end."""
+    """The run ended early or failed outside the firmware, so it has no verdict."""
 
 
 class OutputError(NotJudgedError):
-    """Output was lost: the disk is full, the reader has closed its end, or the file is too large."""
+    """Output was lost: full disk, closed reader, or oversized file."""
 
 
 class I2CError(FcuError):
-    """A transfer failed; ``address`` is its 7-bit target address."""
+    """A transfer failed. ``address`` is its 7-bit target."""
 
     def __init__(self, address: int, problem: str) -> None:
         self.address = address
@@ -175,7 +175,7 @@ class I2CError(FcuError):
 
 
 class I2CNackError(I2CError):
-    """Byte ``byte_index`` was not acknowledged; 0 is the address byte, 1 the first data byte."""
+    """Byte ``byte_index`` was not acknowledged. The address byte is 0."""
 
     def __init__(self, address: int, byte_index: int) -> None:
         self.byte_index = byte_index
@@ -184,8 +184,8 @@ class I2CNackError(I2CError):
 
 
 class I2CBusError(I2CError):
-    """A start or stop condition was misplaced (the BERR flag of the STM32's I2C)."""
+    """A start or stop condition was misplaced (BERR of the STM32)."""
 
 
 class I2CStuckError(I2CError):
-    """SDA or SCL is held low, so that no transfer can start."""
+    """SDA or SCL is held low and prevents a start."""

@@ -1,4 +1,4 @@
-"""Safe display of untrusted text: control, reordering and invisible characters are written as escapes."""
+"""Safe display of untrusted text with escaped control, reordering and invisible characters."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ _SHOWN = 40  # maximum length of an invalid value in a message
 
 
 def visible(text: str, *, lines: bool = False) -> str:
-    """Return ``text`` with control and hidden characters escaped.
+    """Return ``text`` with escaped control and hidden characters.
 
-    With ``lines``, keep newlines and tabs, and omit a carriage return beside a newline.
+    With ``lines``, keep newlines and tabs, and omit carriage returns beside newlines.
     """
     if lines:
         text = text.replace("\r\n", "\n").replace("\n\r", "\n")
@@ -30,13 +30,13 @@ def visible(text: str, *, lines: bool = False) -> str:
 
 
 def one_line(text: str, longest: int = 200) -> str:
-    """Return ``text`` on one line, with at most ``longest`` characters."""
+    """Return ``text`` on one line of at most ``longest`` characters."""
     line = visible(" ".join(text.split()))
     return line if len(line) <= longest else line[: longest - 3] + "..."
 
 
 def shown(value: object) -> str:
-    """Return the text of a value for messages, shortened if it is long."""
+    """Return a value's text for messages, possibly shortened."""
     try:
         text = repr(value)
     except ValueError:  # an integer of more digits than Python prints
@@ -45,7 +45,7 @@ def shown(value: object) -> str:
 
 
 def csv_text(rows: Iterable[Sequence[str | float]]) -> str:
-    """Return rows as CSV. Each text is on one line, and a spreadsheet does not evaluate it as a formula."""
+    """Return CSV rows with one-line texts that spreadsheets do not evaluate as formulas."""
     import csv
     import io
 

@@ -1,8 +1,8 @@
-"""Trace of a run: an append-only sequence of typed events for memory, JSON-lines files and subscribers.
+"""Trace of a run: typed events for memory, JSON-lines files and subscribers.
 
-Rare events (faults, late and lost ticks, GPIO edges, notes) are always kept. Frequent events (bus transfers,
-register writes, terminal bytes) are built only on request. A JSON line has the time, the kind, and the fields
-of the event. Times are exact decimal strings in seconds, bytes are hexadecimal.
+Rare events (faults, late and lost ticks, GPIO edges, notes) are always kept. Frequent events (bus
+transfers, register writes, terminal bytes) are built only on request. A JSON line has the time, the
+kind, and the event's fields. Times are exact decimal strings in seconds, and bytes are hexadecimal.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ NoteValue: TypeAlias = int | float | str
 
 @dataclass(frozen=True, slots=True)
 class TraceEvent:
-    """An event at ``t_ps``; ``kind`` names the type in files."""
+    """An event at ``t_ps``. Files contain its ``kind``."""
 
     kind: ClassVar[str] = "event"
     t_ps: int
@@ -38,9 +38,9 @@ class TraceEvent:
 
 @dataclass(frozen=True, slots=True)
 class BusTransfer(TraceEvent):
-    """One transfer on a bus, from start ``t_ps`` to stop ``end_ps``.
+    """One bus transfer, from start ``t_ps`` to stop ``end_ps``.
 
-    ``register`` is the first register's name; ``result`` is "ok" or the failure.
+    ``register`` is the first register's name, and ``result`` is "ok" or the failure.
     """
 
     kind: ClassVar[str] = "bus"
@@ -72,10 +72,10 @@ class RegisterWrite(TraceEvent):
 
 @dataclass(frozen=True, slots=True)
 class DeviceNote(TraceEvent):
-    """An access that a sensor or peripheral refuses, forbids or does not model; ``what`` says which.
+    """An access that a device refuses, forbids or does not model. ``what`` says which.
 
-    ``problem`` is an identifier such as "scl-too-fast", which does not depend on the wording of ``text``. ``data``
-    holds the values in the text by name.
+    ``problem`` is a stable identifier such as "scl-too-fast". ``data`` holds the values in ``text``
+    by name.
     """
 
     kind: ClassVar[str] = "note"
@@ -88,7 +88,7 @@ class DeviceNote(TraceEvent):
 
 @dataclass(frozen=True, slots=True)
 class GpioEdge(TraceEvent):
-    """A change of an output pin's level."""
+    """A level change of an output pin."""
 
     kind: ClassVar[str] = "gpio"
     pin: str
@@ -97,7 +97,7 @@ class GpioEdge(TraceEvent):
 
 @dataclass(frozen=True, slots=True)
 class TickLate(TraceEvent):
-    """A timer callback that started ``late_ps`` after its tick, because the previous one was running."""
+    """A timer callback that started ``late_ps`` late, because the previous one was running."""
 
     kind: ClassVar[str] = "tick_late"
     timer: str
@@ -111,7 +111,7 @@ class TickLate(TraceEvent):
 
 @dataclass(frozen=True, slots=True)
 class TickLost(TraceEvent):
-    """Lost ticks: the flag of the previous tick was still set."""
+    """Lost ticks, because the previous tick's flag was still set."""
 
     kind: ClassVar[str] = "tick_lost"
     timer: str
@@ -120,7 +120,7 @@ class TickLost(TraceEvent):
 
 @dataclass(frozen=True, slots=True)
 class TerminalBytes(TraceEvent):
-    """Bytes on the serial line; ``t_ps`` is the start of the first start bit."""
+    """Bytes on the serial line. ``t_ps`` is the start of the first start bit."""
 
     kind: ClassVar[str] = "terminal"
     direction: str
@@ -129,7 +129,7 @@ class TerminalBytes(TraceEvent):
 
 @dataclass(frozen=True, slots=True)
 class Fault(TraceEvent):
-    """An injected fault, or a byte lost by the UART."""
+    """An injected fault or a byte lost by the UART."""
 
     kind: ClassVar[str] = "fault"
     where: str
@@ -137,7 +137,7 @@ class Fault(TraceEvent):
 
 
 def line(event: TraceEvent) -> str:
-    """Return the event as a line with its line end."""
+    """Return the event's JSON line with line end."""
     if isinstance(event, BusTransfer):
         return transfer_line(
             event.t_ps,
@@ -225,10 +225,9 @@ Subscriber: TypeAlias = Callable[[TraceEvent], None]
 
 
 class Trace:
-    """The events of a run: iterate over the trace, or call :meth:`of` for one type.
+    """The events of a run. Iteration yields all events, and :meth:`of` returns one type.
 
-    ``detailed``: whether frequent events are requested. ``observed``: whether any events are requested, also by a
-    subscriber of rare events.
+    ``detailed``: frequent events are requested. ``observed``: any events are requested.
     """
 
     def __init__(self) -> None:
@@ -255,17 +254,17 @@ class Trace:
         return [event for event in self._events if isinstance(event, kind)]
 
     def record_all(self) -> None:
-        """Keep every event in memory from now on, including bus transfers and terminal bytes."""
+        """Keep every event in memory from now on."""
         self._draw()
         self._keep_detail = True
         self._look_who_listens()
 
     def draw_from(self, source: Callable[[], None]) -> None:
-        """Call ``source()`` before the trace is read or changed. It adds its events by :meth:`add_kept`."""
+        """Call ``source()`` before rare events are read or added. It calls :meth:`add_kept`."""
         self._sources.append(source)
 
     def add_kept(self, events: Sequence[TraceEvent], dropped: int) -> None:
-        """Add rare events of a source, and the number of events that the source has dropped."""
+        """Add a source's rare events, and the number of events that it dropped."""
         most = self.kept_at_most
         dropped += max(0, len(events) - most)
         events = events[-most:]
@@ -285,9 +284,9 @@ class Trace:
             source()
 
     def subscribe(self, subscriber: Subscriber, *, detail: bool = True) -> Callable[[], None]:
-        """Call ``subscriber(event)`` for each event from now on, for frequent events only with ``detail``.
+        """Call ``subscriber(event)`` for later events, for frequent ones only with ``detail``.
 
-        Returns a function that ends the subscription.
+        Return a function that unsubscribes.
         """
         self._draw()
         entry = subscriber, detail
@@ -302,9 +301,9 @@ class Trace:
         return unsubscribe
 
     def write_to(self, path: str | Path, most_bytes: int = LARGEST_FILE) -> None:
-        """Write every event from now on to a JSON-lines file. Raises LinkError if it cannot be opened.
+        """Write later events to a JSON-lines file. Raises LinkError if it cannot be opened.
 
-        A later write error, or a file of more than ``most_bytes``, raises OutputError during the run.
+        A write error, or more than ``most_bytes``, raises OutputError during the run.
         """
         self._draw()
         self._files.append(BoundedFile(path, f"trace file {path}", most_bytes))
@@ -317,7 +316,7 @@ class Trace:
         self._hand_on(event, detail=False)
 
     def add_detail(self, event: TraceEvent) -> None:
-        """Record a frequent event. The caller builds one only if ``detailed`` is set."""
+        """Record a frequent event. Build one only if ``detailed`` is set."""
         if self._keep_detail:
             self._keep(event)
         self._hand_on(event, detail=True)
@@ -334,7 +333,7 @@ class Trace:
         read: bytes,
         result: str,
     ) -> None:
-        """Record a transfer, given by its fields, because files do not need an event object."""
+        """Record a transfer without an event object if only files need it."""
         fields = t_ps, end_ps, bus, address, device, register, written, read, result
         if result != "ok":
             self.add(BusTransfer(*fields))
@@ -357,7 +356,7 @@ class Trace:
         return len(self._events) + self.dropped
 
     def restore(self, state: int) -> None:
-        """Drop the events after this state; observers and files are unchanged."""
+        """Drop events after this state. Observers and files do not change."""
         self._draw()
         for _ in range(min(len(self._events) + self.dropped - state, len(self._events))):
             self._events.pop()

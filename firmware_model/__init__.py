@@ -1,4 +1,4 @@
-"""The lab's firmware in Python with HAL calls, a reference for the students' C programs.
+"""The lab's firmware in Python, a reference for the students' C programs.
 
 A program takes a HAL (:mod:`fcu_emulator.firmware_model.hal`) and optional settings::
 

@@ -1,13 +1,14 @@
 """C semantics that differ from Python: float32, integer division, division by zero, pow(), printf.
 
-A Python float is C's double, and each store to a float32 rounds it. Products and quotients of two float32 are then the
-same as in single precision.
+A Python float is C's double. A store to a float32 rounds it. Products and quotients of two float32
+thus match single precision.
 
-``sprintf`` supports ``%d %i %u %x %X %c %s %f %F %e %E %g %G %%``, flags, width, precision and hh, h, l, ll, for int
-and long of 32 bits (C11 7.21.6.1).
+``sprintf`` supports ``%d %i %u %x %X %c %s %f %F %e %E %g %G %%``, flags, width, precision and hh,
+h, l, ll, for int and long of 32 bits (C11 7.21.6.1).
 
-Decision: printf formatting does not use Python's ``%`` operator, because that differs from C. Differences are zero
-padding with a precision, a precision of 0, ``%#x`` of 0, negative ``%x``, and infinities.
+Decision: printf formatting does not use Python's ``%`` operator, because that differs from C.
+Differences are zero padding with a precision, a precision of 0, ``%#x`` of 0, negative ``%x``, and
+infinities.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ _FLOAT = struct.Struct("<f")
 
 
 def f32(value: float) -> float:
-    """Return the nearest float32. Values that are too large become an infinity, as on the FPU."""
+    """Return the nearest float32, as on the FPU. Large values become infinity."""
     try:
         (single,) = _FLOAT.unpack(_FLOAT.pack(value))
     except OverflowError:  # struct refuses values that become an infinity on the FPU
@@ -35,13 +36,13 @@ def f32(value: float) -> float:
 
 
 def int_divide(dividend: int, divisor: int) -> int:
-    """Return the quotient of two C ints, truncated toward zero."""
+    """Return a C int quotient, truncated toward zero."""
     quotient = abs(dividend) // abs(divisor)
     return quotient if (dividend < 0) == (divisor < 0) else -quotient
 
 
 def float_divide(dividend: float, divisor: float) -> float:
-    """Return the quotient of two C doubles (IEEE 754): x/0 is an infinity, 0/0 a NaN."""
+    """Return a C double quotient (IEEE 754): x/0 is an infinity, 0/0 a NaN."""
     if divisor != 0.0:
         return dividend / divisor
     if dividend == 0.0 or math.isnan(dividend):
@@ -50,7 +51,7 @@ def float_divide(dividend: float, divisor: float) -> float:
 
 
 def c_pow(base: float, exponent: float) -> float:
-    """Return ``pow`` as in math.h: a NaN for a negative base with a fractional exponent."""
+    """Return C's ``pow``: a NaN for a negative base with fractional exponent."""
     try:
         return math.pow(base, exponent)
     except ValueError:
@@ -79,8 +80,8 @@ class _Spec(NamedTuple):
 def sprintf(fmt: str, *args: CArgument) -> bytes:
     """Format ``args`` as C's ``sprintf`` does.
 
-    ``%s`` takes str (sent as UTF-8) or bytes, ``%c`` an integer or one character. Raises ValueError for an unsupported
-    specification, or a missing or wrong argument.
+    ``%s`` takes str (sent as UTF-8) or bytes, ``%c`` an integer or one character. Raises ValueError
+    for unsupported specifications and missing or wrong arguments.
     """
     arguments = iter(args)
     # One character per byte, so that widths and precisions count bytes as C does.
@@ -193,7 +194,7 @@ def _characters(spec: _Spec, argument: CArgument) -> str:
 
 
 def _padded(spec: _Spec, prefix: str, body: str, zero_fill: bool) -> str:
-    """Fill to the field width: right of the text for "-", between prefix and digits for "0", otherwise left."""
+    """Pad right for "-", between prefix and digits for "0", otherwise left."""
     if "-" in spec.flags:
         return (prefix + body).ljust(spec.width)
     if "0" in spec.flags and zero_fill:

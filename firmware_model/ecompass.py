@@ -1,10 +1,9 @@
-"""The formulas of the slides: hard-iron calibration, eCompass, and the hypsometric altitude.
+"""The slides' formulas: hard-iron calibration, eCompass, and hypsometric altitude.
 
-Values are computed in double and stored as float32. Several values share one struct call, which is the slowest
-operation.
+Values are computed in double and stored as float32.
 
-Decision: the slides' roll, atan2(Gy, sqrt(mu*Gx^2 + Gz^2)), is kept although it is an approximation. The exact
-atan2(Gy, Gz) would not match the lab.
+Decision: the slides' roll, atan2(Gy, sqrt(mu*Gx^2 + Gz^2)), is kept although it is an
+approximation. The exact atan2(Gy, Gz) would not match the lab.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ MAG_MAX_START = -10000
 
 
 def MagCalibration(mag: AxesRaw_TypeDef, mag_min: AxesRaw_TypeDef, mag_max: AxesRaw_TypeDef) -> None:
-    """Widen the extremes by this sample in mgauss, then subtract their centre from it."""
+    """Extend the extremes by this sample in mgauss, then subtract their centre from it."""
     x, min_x, max_x = mag.AXIS_X, mag_min.AXIS_X, mag_max.AXIS_X
     y, min_y, max_y = mag.AXIS_Y, mag_min.AXIS_Y, mag_max.AXIS_Y
     z, min_z, max_z = mag.AXIS_Z, mag_min.AXIS_Z, mag_max.AXIS_Z
@@ -64,8 +63,8 @@ _EXPONENT = 1 / 5.257
 def eCompass(acc: AxesRaw_TypeDef, mag: AxesRaw_TypeDef, mu: float) -> tuple[float, float, float]:
     """Return pitch, roll and yaw in degrees (float32) from acceleration in mg and field in mgauss.
 
-    The axes are X right, Y forward, Z up, with +1000 mg on an axis that points up. The yaw is 0 if X points to magnetic
-    north, and increases counter-clockwise, seen from above.
+    The axes are X right, Y forward, Z up, with +1000 mg on an upward axis. Yaw is 0 if X points to
+    magnetic north, and increases counter-clockwise, seen from above.
     """
     return _angles(acc.AXIS_X, acc.AXIS_Y, acc.AXIS_Z, mag.AXIS_X, mag.AXIS_Y, mag.AXIS_Z, mu)
 
@@ -90,7 +89,7 @@ def _angles(
 
 
 def getAltitude(press: float, temperature: float, press_zero_level: float) -> float:
-    """Return the height in m (float32) above the place with ``press_zero_level``, from hPa and degC.
+    """Return the height in m (float32) above level ``press_zero_level``, from hPa and degC.
 
     As in C, a pressure of 0 gives an infinity, and a negative pressure a NaN.
     """

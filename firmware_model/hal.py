@@ -1,11 +1,11 @@
-"""Hardware interface of the firmware: STM32Cube HAL calls as protocols, and PRINTF.
+"""The firmware's hardware interface: STM32Cube HAL protocols, and PRINTF.
 
-**Only HAL calls take virtual time**; in a compiled firmware, all instructions do.
+**Only HAL calls take virtual time**. In compiled firmware, all instructions do.
 
-Decision: HAL calls use Python types instead of C pointers: a read returns ``(status, data)``. Device addresses have 8
-bits, as in C: 0xD6, 0x3C, 0xBA.
+Decision: HAL calls use Python types instead of C pointers: a read returns ``(status, data)``.
+Device addresses have 8 bits, as in C: 0xD6, 0x3C, 0xBA.
 
-``PRINTF`` sends at most 254 bytes; ST's ``myprintf`` reads past its buffer.
+``PRINTF`` sends at most 254 bytes. ST's ``myprintf`` reads past its buffer.
 """
 
 from __future__ import annotations
@@ -25,25 +25,25 @@ GPIO_PIN_SET = 1
 
 
 class Hal(Protocol):
-    """The HAL calls of the lab. A status is HAL_OK, HAL_ERROR, HAL_BUSY or HAL_TIMEOUT."""
+    """The lab's HAL calls. A status is HAL_OK, HAL_ERROR, HAL_BUSY or HAL_TIMEOUT."""
 
     def HAL_Delay(self, delay_ms: int) -> None:
-        """Wait for ``delay_ms`` ticks, and run interrupts during this time."""
+        """Wait for ``delay_ms`` ticks while interrupts run."""
 
     def HAL_GetTick(self) -> int:
-        """Return the milliseconds since reset."""
+        """Return milliseconds since reset."""
 
     def HAL_I2C_Mem_Read(self, dev_address: int, mem_address: int, size: int) -> tuple[int, bytes]:
-        """Read ``size`` bytes, starting at ``mem_address``. There is no data unless the status is HAL_OK."""
+        """Read ``size`` bytes from ``mem_address``. There is data only with HAL_OK."""
 
     def HAL_I2C_Mem_Write(self, dev_address: int, mem_address: int, data: bytes) -> int:
-        """Write ``data``, starting at ``mem_address``, and return the status."""
+        """Write ``data`` to ``mem_address`` and above, and return the status."""
 
     def HAL_UART_Transmit(self, data: bytes, timeout_ms: int) -> int:
-        """Send on USART1, wait until the last bit is sent, and return the status. Interrupts run during this time."""
+        """Send all bits on USART1 while interrupts run, and return the status."""
 
     def HAL_UART_Receive(self, size: int, timeout_ms: int) -> tuple[int, bytes]:
-        """Return the bytes that USART1 receives before the timeout."""
+        """Return bytes that USART1 receives before the timeout."""
 
     def HAL_GPIO_Init(self, port: str, pin: int) -> None:
         """Make a pin a push-pull output. ``port`` is a letter, ``pin`` 0..15."""
@@ -55,20 +55,20 @@ class Hal(Protocol):
         """Invert a pin's output."""
 
     def HAL_TIM_Base_Init(self, prescaler: int, period: int) -> None:
-        """Set TIM9 to overflow every (prescaler + 1) * (period + 1) cycles of 84 MHz."""
+        """Set TIM9's period to (prescaler + 1) * (period + 1) cycles of 84 MHz."""
 
     def HAL_TIM_Base_Start_IT(self) -> None:
-        """Start TIM9, which then calls ``HAL_TIM_PeriodElapsedCallback``."""
+        """Start TIM9, which calls ``HAL_TIM_PeriodElapsedCallback``."""
 
 
 class Application(Protocol):
-    """Functions of the firmware that the HAL calls."""
+    """Firmware functions that the HAL calls."""
 
     def main(self) -> None:
-        """Run the program; never returns."""
+        """Run the program forever."""
 
     def HAL_TIM_PeriodElapsedCallback(self) -> None:
-        """Handle TIM9's interrupt, which preempts ``main`` while a HAL call waits."""
+        """Handle TIM9's interrupt, which preempts ``main`` during HAL calls."""
 
 
 PRINTF_LIMIT = 254  # a 255-byte buffer without the terminating zero
@@ -76,5 +76,5 @@ PRINTF_TIMEOUT_MS = 1000
 
 
 def PRINTF(hal: Hal, fmt: str, *args: CArgument) -> None:
-    """Format the arguments as C does, and transmit the text. If the UART is busy, the text is lost."""
+    """Format as C does and transmit. The text is lost if the UART is busy."""
     hal.HAL_UART_Transmit(sprintf(fmt, *args)[:PRINTF_LIMIT], PRINTF_TIMEOUT_MS)

@@ -1,9 +1,10 @@
-"""The lab's programs: their base class, the template, and the solution.
+"""The lab's programs: base class, template, and solution.
 
-Decision: each program of the lab is a class derived from ``LabFirmware``, which determines the order in ``main``.
+Decision: each program of the lab is a class derived from ``LabFirmware``, which determines the
+order in ``main``.
 
-Decision: the angles are computed in the 800 Hz callback, because the LEDs must follow the tilt at once, and
-MagCalibration and eCompass need every sample.
+Decision: the angles are computed in the 800 Hz callback, because the LEDs must follow the tilt at
+once, and MagCalibration and eCompass need every sample.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ TIMER_REGISTER_MAX = 0xFFFF  # TIM9's prescaler and auto-reload registers have 1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
-    """Settings of a firmware. Raises ValueError, which names the setting and its range."""
+    """Firmware settings. Raises ValueError with the setting and its range."""
 
     mu: float = 1.0
     """Weight of Gx in the slides' roll, 0.01..1."""
@@ -78,7 +79,7 @@ LED2_PIN = 4
 
 
 class LabLed:
-    """An LED on a push-pull output, which is dark at first."""
+    """An initially dark LED on a push-pull output."""
 
     def __init__(self, hal: Hal, pin: int) -> None:
         self._hal = hal
@@ -105,10 +106,10 @@ LOOP_DELAY_MS = 1000
 
 
 class LabFirmware(ABC):
-    """Base class of the lab's programs on a HAL, with the names of the C program.
+    """Base class of the lab's programs, with the C program's names.
 
-    ``acc`` is in mg, ``gyro`` in mdps, ``mag`` in mgauss (X right, Y forward, Z up), pressures in hPa, ``temperature``
-    in degC, angles in degrees, ``alt`` in m.
+    ``acc`` is in mg, ``gyro`` in mdps, ``mag`` in mgauss (X right, Y forward, Z up), pressures in
+    hPa, ``temperature`` in degC, angles in degrees, ``alt`` in m.
     """
 
     def __init__(self, hal: Hal, settings: Settings | None = None) -> None:
@@ -135,14 +136,14 @@ class LabFirmware(ABC):
 
     @abstractmethod
     def loop(self) -> None:
-        """Execute the body of ``while (1)`` in main.c once."""
+        """Execute main.c's ``while (1)`` body once."""
 
     @abstractmethod
     def HAL_TIM_PeriodElapsedCallback(self) -> None:
         """Handle TIM9's interrupt, 800 times per second."""
 
     def ReadSensorRawData(self) -> None:
-        """Update all values whose sensors can be read."""
+        """Update all values whose reads succeed."""
         self.press = self._sensors.ReadSensorRawData(self.acc, self.gyro, self.mag, self.press)
 
     def print_template_block(self) -> None:
@@ -168,7 +169,7 @@ class LabFirmware(ABC):
         hal.HAL_TIM_Base_Start_IT()
 
     def _set_zero_level(self) -> None:
-        """Read the floor's pressure as that of 0 m, before the timer's callback uses the bus, too."""
+        """Read the floor's pressure as 0 m, before the callback also uses the bus."""
         LPS22HB_WaitForData(self.hal)
         self.press = self.press_zero_level = LPS22HB_Get_Press(self.hal, self.press)
         self.temperature = LPS22HB_Get_Temp(self.hal, self.temperature)
@@ -184,7 +185,7 @@ class Template(LabFirmware):
         self.ReadSensorRawData()
 
     def loop(self) -> None:
-        """Print the values, wait for a second, and toggle both LEDs."""
+        """Print values, wait for a second, and toggle both LEDs."""
         self.print_template_block()
         self.hal.HAL_Delay(LOOP_DELAY_MS)
         self.led1.toggle()

@@ -1,11 +1,13 @@
-"""The sensors of the lab's main.c: start-up, reading, scaling, and conversion to the board's axes.
+"""Sensors of the lab's main.c: start-up, reading, scaling, and axes.
 
-All vectors have X right, Y forward, Z up out of the component side: out.X = -raw.Y, out.Y = raw.X, out.Z = raw.Z.
+Vectors have X right, Y forward, Z up out of the component side: out.X = -raw.Y, out.Y = raw.X,
+out.Z = raw.Z.
 
-Decision: sensors are read in bursts of 6, 6, 6 and 3 bytes. The 24 one-byte transactions of ST's firmware would not fit
-into 1.25 ms.
+Decision: sensors are read in bursts of 6, 6, 6 and 3 bytes. The 24 one-byte transactions of ST's
+firmware would exceed 1.25 ms.
 
-Decision: a table of all 65536 raw values replaces the multiplication. A look-up takes 12 ns instead of 290 ns.
+Decision: a table of all 65536 raw values replaces the multiplication. A look-up takes 12 ns instead
+of 290 ns.
 """
 
 from __future__ import annotations
@@ -51,7 +53,7 @@ unpack_axes = struct.Struct("<HHH").unpack
 
 @dataclass(slots=True)
 class AxesRaw:
-    """``AxesRaw_TypeDef``: a vector of int32 in mg, mdps or mgauss."""
+    """``AxesRaw_TypeDef``: an int32 vector in mg, mdps or mgauss."""
 
     AXIS_X: int = 0
     AXIS_Y: int = 0
@@ -63,7 +65,7 @@ AxesRaw_TypeDef = AxesRaw  # the name of the structure in C
 
 @cache
 def scale_table(sensitivity: float) -> tuple[int, ...]:
-    """Return ``(int32_t)(raw * sensitivity)`` in single precision for every int16, indexed as uint16."""
+    """Return ``(int32_t)(raw * sensitivity)`` in single precision, indexed by raw uint16."""
     factor = f32(sensitivity)
     raw_values = itertools.chain(range(0x8000), range(-0x8000, 0))
     products = array("f", (raw * factor for raw in raw_values))  # the array rounds to float32
@@ -77,9 +79,9 @@ _SPIN_MS = 1000
 
 
 def initializeAllSensors(hal: Hal) -> None:
-    """Initialise the sensors; **never returns** if one is missing or has another identity.
+    """Initialise the sensors. **Never return** if one is missing or has another identity.
 
-    ST's code then stays in ``while(1);``. Here this loop has delays, because only HAL calls let virtual time pass.
+    The loop has delays, because only HAL calls take virtual time.
     """
     for init in (LSM6DSL_X_Init, LSM6DSL_G_Init, LIS2MDL_Init, LPS22HB_Init):
         if init(hal) != COMPONENT_OK:
@@ -88,7 +90,7 @@ def initializeAllSensors(hal: Hal) -> None:
 
 
 def enableAllSensors(hal: Hal) -> None:
-    """Start each sensor and print a message, ignoring the status as main.c does."""
+    """Start each sensor and print a message. Ignore the status, like main.c."""
     LSM6DSL_X_Enable(hal)
     PRINTF(hal, "LSM6DSL MEMS Accelerometer initialized and enabled\n")
     LSM6DSL_G_Enable(hal)
@@ -102,7 +104,7 @@ def enableAllSensors(hal: Hal) -> None:
 
 
 def setUpForFlight(hal: Hal) -> None:
-    """Set the rates, ranges and filters of the program."""
+    """Set the program's rates, ranges and filters."""
     LSM6DSL_FlightSetup(hal)
     LIS2MDL_FlightSetup(hal)
 
@@ -114,7 +116,7 @@ _REMEMBERED = 4096  # samples of a sensor
 
 
 class AxesReader:
-    """A three-axis sensor in the board's axes. Conversions of earlier samples are cached."""
+    """A three-axis sensor in board axes, with cached conversions."""
 
     def __init__(self, hal: Hal, device: int, register: int, sensitivity: float) -> None:
         self._hal = hal
@@ -124,7 +126,7 @@ class AxesReader:
         self._seen: dict[bytes, tuple[int, int, int]] = {}
 
     def read(self, axes: AxesRaw_TypeDef) -> None:
-        """Update ``axes``. If the read fails, the values do not change."""
+        """Update ``axes``, unless the read fails."""
         status, data = self._hal.HAL_I2C_Mem_Read(self._device, self._register, 6)
         if status == HAL_OK:
             axes.AXIS_X, axes.AXIS_Y, axes.AXIS_Z = self._seen.get(data) or self._convert(data)
@@ -139,7 +141,7 @@ class AxesReader:
 
 
 class SensorReader:
-    """The lab's sensors, read with the calls of one HAL."""
+    """The lab's sensors, read with one HAL."""
 
     def __init__(self, hal: Hal) -> None:
         self._hal = hal
@@ -150,9 +152,9 @@ class SensorReader:
     def ReadSensorRawData(
         self, acc: AxesRaw_TypeDef, gyro: AxesRaw_TypeDef, mag: AxesRaw_TypeDef, press: float
     ) -> float:
-        """Update ``acc`` (mg), ``gyro`` (mdps) and ``mag`` (mgauss), and return the pressure in hPa.
+        """Update ``acc`` (mg), ``gyro`` (mdps), ``mag`` (mgauss). Return the pressure in hPa.
 
-        A value whose read fails does not change; ``press`` is the pressure so far.
+        After a failed read, a value does not change. ``press`` is the previous pressure.
         """
         self._acc.read(acc)
         self._gyro.read(gyro)

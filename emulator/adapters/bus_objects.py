@@ -1,10 +1,11 @@
-"""Bus objects for four families of I2C drivers, on an I2C bus of the virtual board.
+"""Bus objects of four I2C driver families, on a virtual board's I2C bus.
 
 Decisions
-    ``BusioI2C`` must be locked before use, as on a microcontroller, so that a driver without the lock fails.
+    ``BusioI2C`` must be locked before use, as on a microcontroller, so that a driver without the
+    lock fails.
 
-    ``MachineI2C`` sends a stop even with ``stop=False``, and ``i2c_rdwr`` of ``SMBus`` combines only a write
-    and the next read. The sensors keep the sub-address over a stop, so the bytes are the same.
+    ``MachineI2C`` sends a stop even with ``stop=False``. ``i2c_rdwr`` of ``SMBus`` combines only a
+    write and the next read. Sensors keep the sub-address over a stop, so the bytes are the same.
 """
 
 from __future__ import annotations
@@ -34,7 +35,8 @@ EREMOTEIO: Final = 121
 def os_errors(not_acknowledged: int) -> Iterator[None]:
     """Convert an I2CError to an OSError.
 
-    The errno is ``not_acknowledged`` if there was no acknowledge, ETIMEDOUT for a stuck bus, and EIO otherwise.
+    The errno is ``not_acknowledged`` for a missing acknowledge, ETIMEDOUT for a stuck bus,
+    otherwise EIO.
     """
     try:
         yield
@@ -50,7 +52,7 @@ _ADDRESSES = range(0x08, 0x78)  # the other addresses are reserved (NXP UM10204,
 
 
 def scan(master: I2CMaster) -> list[int]:
-    """Return the 7-bit addresses that acknowledge an empty write. Raises I2CError."""
+    """Return the 7-bit addresses that acknowledge empty writes. Raises I2CError."""
     found = []
     for address in _ADDRESSES:
         with suppress(I2CNackError):
@@ -63,10 +65,10 @@ def scan(master: I2CMaster) -> list[int]:
 
 
 class BusioI2C:
-    """Give ``BusioI2C(board.i2c2)`` to a CircuitPython driver in place of ``board.I2C()``.
+    """Give ``BusioI2C(board.i2c2)`` to a CircuitPython driver as ``board.I2C()``.
 
-    Addresses have 7 bits. Raises OSError(ENODEV) without an answer, OSError(ETIMEDOUT) for a stuck bus, and
-    RuntimeError without :meth:`try_lock`.
+    Addresses have 7 bits. Raises OSError(ENODEV) without an answer, OSError(ETIMEDOUT) for a stuck
+    bus, and RuntimeError without :meth:`try_lock`.
     """
 
     def __init__(self, master: I2CMaster) -> None:
@@ -81,7 +83,7 @@ class BusioI2C:
         self._locked = False
 
     def deinit(self) -> None:
-        """Do nothing: the object has no pins."""
+        """Do nothing: there are no pins."""
 
     def __enter__(self) -> Self:
         return self
@@ -94,7 +96,7 @@ class BusioI2C:
             return scan(self._master)
 
     def writeto(self, address: int, buffer: Buffer, *, start: int = 0, end: int | None = None) -> None:
-        """Write a slice of ``buffer``. An empty slice checks that the device is present."""
+        """Write a slice of ``buffer``. An empty slice checks for the device."""
         with self._transfer():
             self._master.write(address, bytes(memoryview(buffer)[start:end]))
 
@@ -131,9 +133,9 @@ class BusioI2C:
 
 
 class MachineI2C:
-    """Give ``MachineI2C(board.i2c2)`` to a MicroPython driver in place of ``machine.I2C(...)``.
+    """Give ``MachineI2C(board.i2c2)`` to a MicroPython driver as ``machine.I2C(...)``.
 
-    Addresses have 7 bits, memory addresses ``addrsize`` bits, most significant byte first. Raises
+    Device addresses have 7 bits. Memory addresses have ``addrsize`` bits and are big-endian. Raises
     OSError(ENODEV) without an answer, OSError(ETIMEDOUT) for a stuck bus.
     """
 
@@ -145,7 +147,7 @@ class MachineI2C:
             return scan(self._master)
 
     def writeto(self, addr: int, buf: Buffer, stop: bool = True) -> int:
-        """Write ``buf``; return its length."""
+        """Write ``buf`` and return its length."""
         del stop
         data = bytes(buf)
         with os_errors(ENODEV):
@@ -182,7 +184,7 @@ _READ = 0x0001  # I2C_M_RD
 
 
 class I2CMessage(Protocol):
-    """Interface of ``smbus2.i2c_msg``: ``buf`` points to ``len`` bytes, and iteration yields them."""
+    """Interface of ``smbus2.i2c_msg``. ``buf`` points to ``len`` bytes, which iteration yields."""
 
     addr: int
     flags: int
@@ -193,9 +195,9 @@ class I2CMessage(Protocol):
 
 
 class SMBus:
-    """Give ``SMBus(board.i2c2)`` to a driver in place of ``smbus2.SMBus(1)``.
+    """Give ``SMBus(board.i2c2)`` to a driver as ``smbus2.SMBus(1)``.
 
-    Addresses have 7 bits; ``force`` is ignored. Raises OSError(EREMOTEIO) without an answer,
+    Addresses have 7 bits. ``force`` is ignored. Raises OSError(EREMOTEIO) without an answer,
     OSError(ETIMEDOUT) for a stuck bus, and ValueError for more than 32 bytes.
     """
 
@@ -209,7 +211,7 @@ class SMBus:
         self.close()
 
     def close(self) -> None:
-        """Do nothing, as the bus has no device file."""
+        """Do nothing: there is no device file."""
 
     def write_quick(self, i2c_addr: int, force: bool | None = None) -> None:
         del force
@@ -252,14 +254,14 @@ class SMBus:
     def write_i2c_block_data(
         self, i2c_addr: int, register: int, data: Sequence[int], force: bool | None = None
     ) -> None:
-        """Write at most 32 bytes to the registers that begin at ``register``."""
+        """Write at most 32 bytes, starting at ``register``."""
         del force
         if len(data) > _BLOCK_MAX:
             raise ValueError(f"Data length cannot exceed {_BLOCK_MAX} bytes")
         self._write(i2c_addr, bytes((register, *data)))
 
     def i2c_rdwr(self, *i2c_msgs: I2CMessage) -> None:
-        """Transfer messages, and fill the buffers of reads. Raises InputError for flags other than I2C_M_RD."""
+        """Transfer messages and fill read buffers. Raises InputError for flags except I2C_M_RD."""
         for message in i2c_msgs:
             if message.flags & ~_READ:
                 raise InputError(
@@ -298,10 +300,10 @@ Answer: TypeAlias = tuple[int, Exception | None, bytes]
 
 
 class SensirionI2C:
-    """Give ``I2cConnection(SensirionI2C(board.i2c2, board.run_for))`` to a Sensirion driver's channel.
+    """Give ``I2cConnection(SensirionI2C(board.i2c2, board.run_for))`` to a Sensirion channel.
 
-    ``sleep(seconds)`` lets virtual time pass. A failed transfer returns a status, which the driver turns into
-    its own exception.
+    ``sleep(seconds)`` lets virtual time pass. The driver raises its own exception for a failed
+    transfer's status.
     """
 
     API_VERSION: ClassVar[int] = 1
@@ -324,10 +326,10 @@ class SensirionI2C:
         read_delay: float,
         timeout: float,
     ) -> Answer:
-        """Write ``tx_data``, wait, and read ``rx_length`` bytes; return status, error and bytes.
+        """Write ``tx_data``, wait, and read ``rx_length`` bytes. Return status, error and bytes.
 
-        ``tx_data=None`` omits the write, ``rx_length=None`` the wait and the read. ``timeout`` is ignored, because the
-        sensors do not stretch the clock.
+        ``tx_data=None`` omits the write, ``rx_length=None`` the wait and the read. ``timeout`` is
+        ignored.
         """
         del timeout
         try:

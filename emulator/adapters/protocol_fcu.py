@@ -1,11 +1,11 @@
-"""A board in this process as a pyserial port: ``serial.serial_for_url("fcu://solution?scenario=desk")``.
+"""A board as a pyserial port: ``serial.serial_for_url("fcu://solution?scenario=desk")``.
 
-Import this module first. The board runs while the port is read, and a ``timeout`` is in virtual time. The
-address is ``fcu://FIRMWARE``. Options follow after a question mark, separated by ``&``: ``scenario``,
-``wiring``, ``seed`` or ``ideal=1``. ``port.board`` is the board.
+Import this module first. The board runs while the port is read. ``timeout`` is in virtual time. The
+address is ``fcu://FIRMWARE``, with optional ``?scenario=...&wiring=...&seed=...&ideal=1``.
+``port.board`` is the board.
 
-Decision: reading the number of available bytes (``in_waiting``) runs the board for a millisecond if there are
-none, because programs poll this number.
+Decision: reading the number of available bytes (``in_waiting``) runs the board for a millisecond if
+there are none, because programs poll this number.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ if __package__ not in serial.protocol_handler_packages:
 
 
 def port_of(board: Board, timeout: float | None = None) -> Serial:
-    """Return an open port of ``board``, whose first reads return earlier output."""
+    """Return an open port of ``board``. First reads return earlier output."""
     port = Serial(None, timeout=timeout)
     port.board = board
     port.is_open = True
@@ -41,14 +41,14 @@ def port_of(board: Board, timeout: float | None = None) -> Serial:
 
 
 class Serial(serial.SerialBase):  # type: ignore[misc]  # pyserial has no types
-    """A port with the interface of pyserial. ``board`` is None until the port is open."""
+    """A pyserial port. ``board`` is None until the port is open."""
 
     board: Board | None = None
     is_open: bool
     _position = 0
 
     def open(self) -> None:
-        """Create the board and switch it on. Raises SerialException."""
+        """Create and switch on the board. Raises SerialException."""
         if self.is_open:
             raise serial.SerialException("the port is open already")
         try:
@@ -64,7 +64,7 @@ class Serial(serial.SerialBase):  # type: ignore[misc]  # pyserial has no types
         self.is_open = False
 
     def _reconfigure_port(self) -> None:
-        """Accept any rate or format, as other links do."""
+        """Accept any rate or format."""
 
     @property
     def in_waiting(self) -> int:
@@ -76,7 +76,7 @@ class Serial(serial.SerialBase):  # type: ignore[misc]  # pyserial has no types
         return waiting
 
     def read(self, size: int = 1) -> bytes:
-        """Run the board until ``size`` bytes have arrived, or for ``timeout`` seconds of virtual time.
+        """Run until ``size`` bytes arrive, or for ``timeout`` virtual seconds.
 
         Raises SerialException if a read without a timeout stays silent.
         """
@@ -110,7 +110,7 @@ class Serial(serial.SerialBase):  # type: ignore[misc]  # pyserial has no types
         self._position = self._opened().terminal.position
 
     def reset_output_buffer(self) -> None:
-        """Do nothing: typed bytes are on the wire already."""
+        """Do nothing: typed bytes are already on the wire."""
 
     @property
     def out_waiting(self) -> int:
@@ -127,7 +127,7 @@ class Serial(serial.SerialBase):  # type: ignore[misc]  # pyserial has no types
         return False
 
     def _update_break_state(self) -> None:
-        """Do nothing: the board has no break, RTS or DTR line."""
+        """Do nothing: the board has no break, RTS or DTR."""
 
     _update_rts_state = _update_dtr_state = _update_break_state
 

@@ -1,6 +1,7 @@
-"""Virtual time for drivers: they wait on the board's clock.
+"""Virtual time: drivers wait on the board's clock.
 
-Decision: only named modules get virtual time, because pytest, other threads and serial links need real time.
+Decision: only named modules get virtual time, because pytest, other threads and serial links need
+real time.
 """
 
 from __future__ import annotations
@@ -23,11 +24,11 @@ _in_use: set[str] = set()  # modules that now run on a board's time
 
 @contextmanager
 def virtual_time(board: Board, *modules: ModuleType) -> Iterator[None]:
-    """Make ``modules`` and their imported submodules wait and measure time on the board's clock.
+    """Make ``modules`` and their imported submodules use the board's clock.
 
-    Until the block ends, the modules' references to ``time`` or its functions are replaced. These functions are
-    ``sleep`` and the clocks ``monotonic``, ``perf_counter`` and ``time`` with their ``_ns`` variants. The clocks
-    count from power-on. Raises InputError if a module already runs on a board's time.
+    Until its end, the block replaces their references to ``time``, its function ``sleep``, and its
+    clocks ``monotonic``, ``perf_counter`` and ``time`` with their ``_ns`` variants. The clocks
+    count from power-on. Raises InputError if a module already uses a board's time.
     """
     found = _with_submodules(modules)
     taken = _in_use.intersection(found)
@@ -61,7 +62,7 @@ def _with_submodules(modules: tuple[ModuleType, ...]) -> dict[str, ModuleType]:
 
 
 def _replacements(board: Board) -> dict[int, object]:
-    """Return the replacements by id(), because the values of globals may not be hashable."""
+    """Return replacements by id(), because values of globals may not be hashable."""
     clock = board.clock
 
     def sleep(seconds: float) -> None:

@@ -1,1 +1,1 @@
-"""Evaluation of runs: recorded observations, replays, comparisons and the fidelity table."""
+"""Evaluation of runs: observations, replays, comparisons and fidelity."""

@@ -1,4 +1,4 @@
-"""Detection of an incomplete hard-iron calibration: the constant error of MAG is compared with the board's iron."""
+"""Detection of incomplete hard-iron calibration, from MAG's constant error and the board's iron."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Numbers = NDArray[np.float64]
 
 
 def calibration_hint(lines: Sequence[LabLine], iron_mgauss: Numbers) -> Hint | None:
-    """Return a hint about the remaining error of the calibration, if the program prints a yaw."""
+    """Return a hint on the remaining calibration error, if a yaw is printed."""
     found = changes(lines)
     if found is None or not any(line.label == "Pitch:" and line.values for line in lines):
         return None

@@ -1,11 +1,13 @@
-"""Comparison of two runs: the first differences between two firmwares on the same scenario.
+"""Comparison of two runs on the same scenario.
 
-The n-th entries of each sequence are compared: first the text, then the pace (time since the previous entry).
+The n-th entries of each sequence are compared, first the text, then the pace (time since the
+previous entry).
 
-Decision: comparisons use the pace, not the time since power-on, because compiled code is 2 % slower.
+Decision: comparisons use the pace, not the time since power-on, because compiled code is 2 %
+slower.
 
-Decision: entries are compared by position, not by an alignment as ``diff`` computes it, because the first
-mistake causes all later ones.
+Decision: entries are compared by position, not by an alignment as ``diff`` computes it, because the
+first mistake causes all later ones.
 
 Decision: both sequences end at the same time, not at the same entry.
 """
@@ -50,8 +52,8 @@ _NUMBER = re.compile(r"-?(?:\d+(?:\.\d+)?|inf|nan)\b")
 class Rules:
     """Rules of equality.
 
-    ``timing_ps``: tolerance of the time between entries. ``tolerance``: tolerance of numbers by field ("ACC.x",
-    "Yaw"), in the printed units. ``ignore``: properties that are not compared.
+    ``timing_ps``: tolerance of the pace. ``tolerance``: tolerance of numbers by field ("ACC.x",
+    "Yaw"), in printed units. ``ignore``: properties not to compare.
     """
 
     timing_ps: int = TIMING_PS
@@ -61,10 +63,10 @@ class Rules:
 
 @dataclass(frozen=True)
 class Difference:
-    """A difference at entry ``index`` of a sequence.
+    """A difference at entry ``index``.
 
-    ``first`` and ``second`` are the entries of both runs; one is None if its run has no such entry. ``before`` holds
-    the equal pairs before the difference.
+    ``first`` and ``second`` are the runs' entries, or None if missing. ``before`` holds the
+    preceding equal pairs.
     """
 
     sequence: str
@@ -94,7 +96,7 @@ _POWER_ON = ObservedItem(0, "")
 
 
 def compare(first: Observation, second: Observation, rules: Rules | None = None) -> list[Difference]:
-    """Return the place where each common sequence begins to differ, ordered by time."""
+    """Return the first difference of each common sequence, ordered by time."""
     rules = rules or Rules()
     end_ps = min(first.end_ps, second.end_ps)
     found = (
@@ -105,7 +107,7 @@ def compare(first: Observation, second: Observation, rules: Rules | None = None)
 
 
 def compared(first: Observation, second: Observation, rules: Rules) -> list[str]:
-    """Return the names of the compared sequences."""
+    """Return the compared sequences' names."""
     return [
         name
         for name in first.sequences
@@ -116,7 +118,7 @@ def compared(first: Observation, second: Observation, rules: Rules) -> list[str]
 
 
 def tolerances(given: Iterable[tuple[str, float]]) -> dict[str, float]:
-    """Return tolerances by field; a name such as "ACC" selects several. Raises InputError for an unknown name."""
+    """Return tolerances by field, where "ACC" selects three. Raises InputError."""
     chosen: dict[str, float] = {}
     for name, value in given:
         fields = [one for one in FIELDS if name in (one, one.split(".")[0])]
@@ -129,7 +131,7 @@ def tolerances(given: Iterable[tuple[str, float]]) -> dict[str, float]:
 
 
 def largest_deviations(first: Observation, second: Observation) -> dict[str, float]:
-    """Return the largest difference of the lab's numbers by printed field, in the printed units."""
+    """Return the largest difference by printed field, in printed units."""
     largest: dict[str, float] = {}
     for one, other in zip(first.sequences[TERMINAL], second.sequences[TERMINAL], strict=False):
         if one.cut or other.cut or _without_numbers(one.text) != _without_numbers(other.text):
@@ -174,7 +176,7 @@ def _inserted(
 
 
 def _runs_on(first: Sequence[ObservedItem], second: Sequence[ObservedItem], rules: Rules) -> bool:
-    """Return whether both sequences continue with equal entries, long enough to exclude chance."""
+    """Return whether enough equal entries follow to exclude chance."""
     pairs = list(zip(first[:_SAME_AFTER], second[:_SAME_AFTER], strict=False))
     texts = {one.text.strip() for one, _ in pairs}
     return len(pairs) >= 2 and len(texts) >= 2 and all(_same_text(one, other, rules) for one, other in pairs)
@@ -191,7 +193,7 @@ def _same_entry(name: str, one: ObservedItem, other: ObservedItem, rules: Rules,
 
 
 def _grace_ps(rules: Rules, end_ps: int) -> int:
-    """Return the largest lag of one run behind the other at the end."""
+    """Return the largest lag between the runs at the end."""
     return _LOOP_PS if "time" in rules.ignore else rules.timing_ps + end_ps // _DRIFT
 
 

@@ -1,4 +1,4 @@
-"""Fidelity tables of sensors, chip registers and board, generated from their declarations.
+"""Fidelity tables of sensors, chip registers and board, from their declarations.
 
 ``python -m fcu_emulator.emulator.analysis.fidelity docs/fidelity-tables.md`` rewrites them.
 """
@@ -26,7 +26,7 @@ END_BOARD = "<!-- end of the board itself -->"
 
 
 def table() -> str:
-    """Return the table of all sensors as Markdown."""
+    """Return all sensors' table as Markdown."""
     lines = ["| part | function | documented in | in the model |", "|---|---|---|---|"]
     for part in SENSORS.values():
         lines += [
@@ -38,7 +38,7 @@ def table() -> str:
 
 
 def chip_table() -> str:
-    """Return the table of the chip's registers as Markdown."""
+    """Return the chip registers' table as Markdown."""
     lines = ["| peripheral | registers | documented in | not modelled |", "|---|---|---|---|"]
     for module in KINDS:
         peripherals = [DECLARED[name] for name in module.INSTANCES]
@@ -50,7 +50,7 @@ def chip_table() -> str:
 
 
 def board_table() -> str:
-    """Return the table of the values that a board draws from its seed, as Markdown."""
+    """Return the table of values drawn from a board's seed, as Markdown."""
     lines = ["| figure | in a real board | unit | source |", "|---|---|---|---|"]
     for name, figure in BoardErrors.figures().items():
         lines.append(f"| `{name}`: {figure.doc} | {figure.size} | {figure.unit} | {figure.source} |")
@@ -58,7 +58,7 @@ def board_table() -> str:
 
 
 def figures_table() -> str:
-    """Return the deviations of real sensors as Markdown."""
+    """Return real sensors' deviations as Markdown."""
     lines = [
         "| part | figure | in the document | the document | `typical` | `worst` |",
         "|---|---|---|---|---|---|",
@@ -79,7 +79,7 @@ def _drawn(figure: Figure) -> str:
 
 
 def without_behaviour(part: type[Sensor]) -> list[str]:
-    """Return the names of a sensor's accessible registers and fields that have no effect in the model."""
+    """Return a sensor's accessible registers and fields that have no effect."""
     return [name for bank in part.maps().values() for name in bank.without_behaviour()]
 
 
@@ -92,7 +92,7 @@ _TABLES = (
 
 
 def rewrite(text: str) -> str:
-    """Return ``text`` with updated tables between the markers. Raises InputError without markers."""
+    """Return ``text`` with updated tables between the markers. Raises InputError."""
     found = False
     for begin, end, made in _TABLES:
         before, opened, rest = text.partition(begin)

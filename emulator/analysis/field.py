@@ -1,7 +1,7 @@
-"""Comparison of the changes of MAG with those of the truth, because raw and calibrated values differ by a constant.
+"""Comparison of MAG's changes, because raw and calibrated values differ by a constant.
 
-Decision: a board that has not been turned far enough gets no hint about MAG, because its calibration still
-changes.
+Decision: a board that has not been turned far enough gets no hint about MAG, because its
+calibration still changes.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Numbers = NDArray[np.float64]
 
 
 class _Rows(NamedTuple):
-    """Printed ``values`` (N, 3), and ``low`` and ``high`` (N, 3) of the truth."""
+    """Printed ``values``, and the truth's ``low`` and ``high``, each (N, 3)."""
 
     seen: Sequence[LabLine]
     values: Numbers
@@ -40,10 +40,7 @@ class _Rows(NamedTuple):
         return (self.low + self.high) / 2
 
     def residual(self, mapped_low: Numbers, mapped_high: Numbers, values: Numbers | None = None) -> float:
-        """Return the error in mgauss that nearly all rows stay below.
-
-        A constant is subtracted on each axis first.
-        """
+        """Return the error limit of nearly all rows in mgauss, ignoring a constant per axis."""
         printed = self.values if values is None else values
         offset = np.median(printed - (mapped_low + mapped_high) / 2, axis=0)
         moved = printed - offset
@@ -52,7 +49,7 @@ class _Rows(NamedTuple):
 
 
 def field_hint(lines: Sequence[LabLine]) -> Hint | None:
-    """Return the simple mistake that explains a wrong magnetic field, or None."""
+    """Return the simple mistake behind a wrong magnetic field, or None."""
     rows = _judgeable([line for line in lines if line.label == MAG.label and line.values is not None])
     if rows is None or rows.residual(rows.low, rows.high) <= MAG.far:
         return None
@@ -60,9 +57,9 @@ def field_hint(lines: Sequence[LabLine]) -> Hint | None:
 
 
 def changes(lines: Sequence[LabLine]) -> tuple[Numbers, float, LabLine] | None:
-    """Return the constant error of MAG by axis and the length of the field, both in mgauss, and the last line.
+    """Return MAG's constant error by axis, the field's length, both in mgauss, and the last line.
 
-    Return None if the board was not turned far enough, or if the changes of MAG are wrong.
+    Return None if the board was not turned far enough, or MAG's changes are wrong.
     """
     rows = _judgeable([line for line in lines if line.label == MAG.label and line.values is not None])
     if rows is None or rows.residual(rows.low, rows.high) > MAG.far:
@@ -99,7 +96,7 @@ def _of_axes(rows: _Rows) -> Hint | None:
 
 
 def _of_factor(rows: _Rows) -> Hint | None:
-    """Return a hint with one factor for all axes, which least squares of the changes give."""
+    """Return a hint with one least-squares factor for all axes."""
     truth = rows.middle - rows.middle.mean(axis=0)
     printed = rows.values - rows.values.mean(axis=0)
     factor = float((truth * printed).sum() / (truth * truth).sum())
@@ -128,7 +125,7 @@ def _of_bytes(rows: _Rows) -> Hint | None:
 def _few_low_bytes(steps: Numbers) -> bool:
     """Return whether the values are close together modulo 128.
 
-    The modulus is half of 256, because the calibration subtracts half of the sum of two such values.
+    The modulus is half of 256, because the calibration subtracts half of a sum.
     """
     moved = steps - median(steps)
     return bool(min(np.ptp((moved + 64) % 128), np.ptp(moved % 128)) <= _HIGH_BYTES)

@@ -1,7 +1,7 @@
-"""Wrong formulas that explain a program's output: angles and altitude from the numbers of the same block.
+"""Wrong formulas that explain printed angles and altitude from numbers of the same block.
 
-Decision: candidates are a list of whole formulas, each as a student would write it, because a formula found by
-a search also fits noise.
+Decision: candidates are a list of whole formulas, each as a student would write it, because a
+formula found by a search also fits noise.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ Near: TypeAlias = Callable[[float, float], float]
 
 
 class Block(NamedTuple):
-    """The numbers of a block, and the line to be explained."""
+    """A block's numbers and the line to explain."""
 
     line: LabLine
     acc: tuple[float, ...]
@@ -41,7 +41,7 @@ class Block(NamedTuple):
 
 
 class Formula(NamedTuple):
-    """The correct formula, or one with a mistake."""
+    """The correct or a mistaken formula."""
 
     of: Callable[[Block], float]
     summary: str
@@ -56,7 +56,7 @@ _NOTHING = (math.nan,) * 3
 
 
 def blocks(lines: Sequence[LabLine], label: str, iron_mgauss: Sequence[float] = (0, 0, 0)) -> list[Block]:
-    """Return each line of ``label`` with the latest ACC, MAG and Pre before it."""
+    """Return each line of ``label`` with the preceding ACC, MAG and Pre."""
     found, latest = [], dict[str, LabLine]()
     for line in lines:
         if line.values is None:
@@ -86,7 +86,7 @@ def explained(
     wrong: Sequence[Formula],
     near: Near,
 ) -> Hint | None:
-    """Return the wrong formula that explains the output best, if the right one does not."""
+    """Return the best wrong formula, unless the right one fits."""
     rows = [row for row in rows if math.isfinite(_value(right, row))]
     different = [row for row in rows if not _fits(field, right, row, near) and not _is_true(field, row, near)]
     if len(rows) < _FEWEST or len(different) < max(_DIFFERENT, (1 - _SHARE) * len(rows)):
@@ -147,7 +147,7 @@ _ROLL = "roll = atan2(Gy, sqrt(mu * Gx * Gx + Gz * Gz)) * 180 / pi"
 
 
 def _tilt(field: str) -> tuple[Formula, list[Formula], str]:
-    """Return the right formula of pitch or roll, formulas with mistakes, and the text of the right formula."""
+    """Return pitch's or roll's right formula, wrong formulas, and the right formula's text."""
     own, other, sign, name = (0, 1, -1, "Gx") if field == "Pitch" else (1, 0, 1, "Gy")
     text = _PITCH if field == "Pitch" else _ROLL
 
@@ -206,7 +206,7 @@ _NOT_CALLED = "Call eCompass() in the callback, and let it write the printed var
 
 
 def tilt_hint(lines: Sequence[LabLine]) -> Hint | None:
-    """Return the mistake in the formula of pitch or roll that explains the output."""
+    """Return the mistake in pitch or roll that explains the output."""
     rows = blocks(lines, "Pitch:")
     if len(rows) >= _FEWEST and not any(value for row in rows for value in (row.line.values or {}).values()):
         return Hint("Pitch, Roll and Yaw are always 0", (_NOT_CALLED,), rows[-1].line)
@@ -237,7 +237,7 @@ def _angles(row: Block) -> _Angles:
 
 
 def _yaw(row: Block, angles: _Angles) -> tuple[float, float]:
-    """Return By2 and Bx3 of the slides."""
+    """Return the slides' By2 and Bx3."""
     bx, by, bz = row.mag
     pitch, roll = angles
     by2 = bz * math.sin(roll) - by * math.cos(roll)
@@ -317,7 +317,7 @@ _UNCALIBRATED = Formula(
 
 
 def yaw_hint(lines: Sequence[LabLine], iron_mgauss: Sequence[float]) -> Hint | None:
-    """Return the mistake in the yaw's formulas that explains the output."""
+    """Return the mistake in yaw that explains the output."""
     rows = [row for row in blocks(lines, "Pitch:", iron_mgauss) if any(row.mag)]
     if any(abs(one) > _STRONG_MGAUSS for one in iron_mgauss):
         found = explained("Yaw", rows, RIGHT_YAW, (_UNCALIBRATED,), _degrees)
@@ -342,7 +342,7 @@ def _height(ratio: float, kelvin: float, exponent: float = _EXPONENT) -> float:
 
 
 def altitude_hint(lines: Sequence[LabLine], temperature_degc: float) -> Hint | None:
-    """Return the mistake in the altitude's formula that explains the output."""
+    """Return the mistake in altitude that explains the output."""
     kelvin = temperature_degc + _KELVIN
     pressures = [line for line in lines if line.values and line.label == "Pre:"]
     at_floor = [line for line in pressures if line.truth["Pre"].distance(_first(pressures)) < _SAME_HPA]

@@ -1,4 +1,4 @@
-"""LEDs that do not follow the board: wrong pins, the wrong side of an angle, and toggling."""
+"""LED problems: wrong pins, the wrong side of an angle, and toggling."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _STEADY = 4  # consecutive polls of the LEDs: 0.2 s
 
 
 class _LedCondition(NamedTuple):
-    """The state of a LED, and the angle that the LED should show."""
+    """An LED's state, and its angle."""
 
     at_s: float
     angle: float
@@ -29,7 +29,7 @@ class _LedCondition(NamedTuple):
 
 
 def led_hints(board: Board, recorder: TruthRecorder) -> Iterator[Diagnosis]:
-    """Yield the problems of the LEDs."""
+    """Yield the LEDs' problems if any."""
     leds = board.chip.signals.board.leds if board.chip is not None else {}
     for name, pin in leds.items():
         if board.chip is not None and _is_no_output(board.chip, pin):
@@ -119,7 +119,7 @@ _TOGGLE = "BSP_LED_Toggle"
 
 
 def _toggled(board: Board, name: str, angle: str, looks: Sequence[_LedCondition]) -> Iterator[Diagnosis]:
-    """Yield a LED that changes at regular intervals while the board is still."""
+    """Yield an LED that changes at regular intervals on a still board."""
     pin = board.led(name).pin
     edges_s = [edge.t_s for edge in board.trace.of(GpioEdge) if edge.pin == pin]
     for side, still in groupby(looks, key=lambda one: _side(one.angle) if _is_still(one) else None):

@@ -1,4 +1,4 @@
-"""All mistakes shown by a run: first findings of the chip, then of sensors and bus, then hints from numbers."""
+"""A run's mistakes: findings of the chip, sensors and bus, then hints from numbers."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _READ = "ReadSensorRawData"
 
 
 def explain(board: Board, recorder: TruthRecorder, after_failure: bool = False) -> list[Diagnosis]:
-    """Return the problems of the firmware shown by this run.
+    """Return the firmware's problems in this run.
 
     ``after_failure`` adds problems of the sensors' set-up to a fatal problem.
     """
@@ -62,13 +62,13 @@ def explain(board: Board, recorder: TruthRecorder, after_failure: bool = False) 
 
 
 class _Where:
-    """Finds the program line that printed a text."""
+    """Search for the program line that printed text."""
 
     def __init__(self, arm: ArmFirmware | None) -> None:
         self._arm = arm
 
     def printed(self, line: LabLine) -> str:
-        """Return the place such as ``main(), main.c:93: ``, or an empty string."""
+        """Return a place such as ``main(), main.c:93: ``, or ""."""
         if self._arm is None:
             return ""
         places = Places(self._arm.image)
@@ -96,7 +96,7 @@ def _shown(line: LabLine) -> str:
 
 
 def _exclusive_or(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]:
-    """Yield a diagnosis of an operator ^, if the angles or the altitude are wrong."""
+    """Yield a diagnosis of operator ^, if angles or altitude are wrong."""
     if board.chip is None or not any(is_far_off(lines, group) for group in (TILT, ALTITUDE)):
         return
     place = exclusive_or(Places(board.chip.image), board.chip.core.memory)
@@ -113,7 +113,7 @@ def _exclusive_or(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]
 
 
 def _numbers(board: Board, lines: Sequence[LabLine], where: _Where) -> Iterator[Diagnosis]:
-    """Yield hints about wrong numbers. Skip a group that is computed from a wrong group."""
+    """Yield hints about wrong numbers, except groups computed from a wrong group."""
     wrong: set[str] = set()
     for group in _GROUPS:
         if _rests_on(group) & wrong:
@@ -186,7 +186,7 @@ _GYR_MDPS = {0: (250, 8.75), 1: (500, 17.5), 2: (1000, 35.0), 3: (2000, 70.0)}  
 
 
 def _full_scale(board: Board, group: Group, factor: float) -> tuple[str, ...]:
-    """Return the configured and the assumed sensitivity, if a factor is their ratio."""
+    """Return the configured and assumed sensitivities, if their ratio is ``factor``."""
     if group not in (ACC, GYR) or not factor:
         return ()
     address, unit, known = (0x10, "g", _ACC_MG) if group is ACC else (0x11, "dps", _GYR_MDPS)
@@ -237,7 +237,7 @@ def _not_a_number(board: Board, lines: Sequence[LabLine], where: _Where) -> Iter
 
 
 def _misprinted_ints(lines: Sequence[LabLine], where: _Where) -> Iterator[Diagnosis]:
-    """Yield a diagnosis of wrong vectors with a decimal point: an int was printed as a double."""
+    """Yield a diagnosis of ints printed as doubles in wrong vectors."""
     for group in (ACC, GYR):
         printed = [line for line in lines if line.label == group.label and line.values is None]
         wrong = []
@@ -289,7 +289,7 @@ def _misread(board: Board) -> Iterator[Diagnosis]:
 
 
 def _same_twice(reads: Sequence[BusTransfer]) -> Iterator[Diagnosis]:
-    """Yield a diagnosis if one sensor is read twice a tick and the other is not read."""
+    """Yield a diagnosis if one sensor is read twice instead of both."""
     bursts = [one.written[0] for one in reads if one.device == LSM6DSL.NAME and len(one.read) == 6]
     for twice, never, what in ((0x22, 0x28, "accelerometer"), (0x28, 0x22, "gyroscope")):
         if bursts.count(twice) >= 3 and never not in bursts and len(bursts) == len(reads) - _others(reads):
@@ -328,7 +328,7 @@ def _switched_off(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]
 
 
 def _blocks(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]:
-    """Report sensors whose two-byte values may mix two samples."""
+    """Report sensors whose two-byte values may mix samples."""
     labels = {line.label for line in lines}
     lsm6dsl, lis2mdl = board.sensors.lsm6dsl.registers.mem, board.sensors.lis2mdl.registers.mem
     without = [

@@ -1,7 +1,7 @@
-"""Wrong numbers in the output, and their simple causes: a factor, a sign, axes, radians, a wrap.
+"""Wrong numbers and their simple causes: factor, sign, axes, radians, wrap.
 
-Decision: printed numbers are compared with the world, not with the sensors' registers, because students see
-the movement of the board and not its registers.
+Decision: printed numbers are compared with the world, not with the sensors' registers, because
+students see the movement of the board and not its registers.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ AXES = ("x", "y", "z")
 
 
 class Hint(NamedTuple):
-    """The mistake, the places to check, and the printed line."""
+    """The mistake, advice, and the printed line."""
 
     summary: str
     sentences: tuple[str, ...]
@@ -33,7 +33,7 @@ Distance: TypeAlias = Callable[[Sequence[float], Sequence[ValueRange]], float]
 
 
 class Change(NamedTuple):
-    """A mistake that changes the truth; ``distance`` compares printed values with the changed truth."""
+    """A mistake that changes the truth. ``distance`` compares printed values with the result."""
 
     distance: Distance
     summary: str
@@ -42,7 +42,7 @@ class Change(NamedTuple):
 
 
 class Group(NamedTuple):
-    """Fields that are checked together; ``far``: deviation that no correct firmware reaches."""
+    """Fields checked together. Correct firmware never deviates by ``far``."""
 
     label: str
     fields: tuple[str, ...]
@@ -60,7 +60,7 @@ ALTITUDE = Group("Altitude:", ("Altitude",), 1.5, "m")
 
 
 def hint(lines: Sequence[LabLine], group: Group) -> Hint | None:
-    """Return the simple mistake that explains the wrong numbers of a group, or None."""
+    """Return the simple mistake behind a group's wrong numbers, or None."""
     rows = [_Row(seen, group) for seen in lines if seen.label == group.label and seen.values is not None]
     rows = [row for row in rows if all(map(math.isfinite, row.values))]
     if not rows or (group is YAW and not _turns(rows)):
@@ -77,13 +77,13 @@ def hint(lines: Sequence[LabLine], group: Group) -> Hint | None:
 
 
 def is_far_off(lines: Sequence[LabLine], group: Group) -> bool:
-    """Return whether several lines of a group are far from the truth or hold nan."""
+    """Return whether several lines of a group are far from truth or hold nan."""
     rows = [_Row(seen, group) for seen in lines if seen.label == group.label and seen.values is not None]
     return sum(not _plain(row.values, row.truth) <= group.far for row in rows) >= _FEWEST
 
 
 def always_0(lines: Sequence[LabLine], group: Group) -> bool:
-    """Return whether all numbers of a group are 0."""
+    """Return whether all the group's numbers are 0."""
     rows = [_Row(seen, group) for seen in lines if seen.label == group.label and seen.values is not None]
     return bool(rows) and all(value == 0 for row in rows for value in row.values)
 
@@ -93,7 +93,7 @@ def _shows_factor(row: _Row, group: Group) -> bool:
 
 
 def shows_another(lines: Sequence[LabLine], group: Group, others: Sequence[Group]) -> Hint | None:
-    """Return a hint if the numbers of one vector are those of another sensor."""
+    """Return a hint if a vector shows another sensor's numbers."""
     for other in others:
         pairs = list(_pairs(lines, group, other))
         wrong = [one for one, _ in pairs if _plain(one.values, one.truth) > min(group.far, other.far)]
@@ -112,7 +112,7 @@ _FEW_PAIRS = 4
 
 
 def _pairs(lines: Sequence[LabLine], group: Group, other: Group) -> Iterator[tuple[_Row, _Row]]:
-    """Yield rows of both groups that were printed within half a second."""
+    """Yield both groups' rows that were printed within half a second."""
     rows = {
         one: [_Row(line, one) for line in lines if line.label == one.label and line.values is not None]
         for one in (group, other)
@@ -253,7 +253,7 @@ def signed_axes() -> list[Way]:
 
 
 def axes_in_words(order: Sequence[int], signs: Sequence[int]) -> str:
-    """Return a description such as "x and y exchanged, y negated"."""
+    """Return text such as "x and y exchanged, y negated"."""
     exchanged = [AXES[n] for n in range(3) if order[n] != n]
     negated = [AXES[n] for n in range(3) if signs[n] < 0]
     what = [f"{' and '.join(exchanged)} exchanged"] if exchanged else []
@@ -282,7 +282,7 @@ def _scaled(factor: float) -> Distance:
 
 
 def _factor(rows: Sequence[_Row], far: float) -> float | None:
-    """Return the median ratio of printed value to truth; None if it is near 1 or negative."""
+    """Return the median ratio of printed value to truth, or None if near 1 or negative."""
     ratios = sorted(
         value / one.middle
         for row in rows

@@ -1,4 +1,4 @@
-"""The behaviour of a run as sequences: terminal lines, register writes of each sensor, LED edges, timer, and end."""
+"""A run's behaviour as sequences: terminal lines, register writes, LED edges, timer, end."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _COMPARED = (GpioEdge, RegisterWrite, TerminalBytes)
 
 @dataclass(frozen=True)
 class ObservedItem:
-    """An entry at ``at_ps``. ``cut``: the text is incomplete, because the run ended."""
+    """An entry at ``at_ps``. ``cut``: the end of the run truncated the text."""
 
     at_ps: int
     text: str
@@ -31,7 +31,7 @@ class ObservedItem:
 
 @dataclass(frozen=True)
 class Observation:
-    """One run until ``end_ps``: the entries of each sequence, in order."""
+    """A run until ``end_ps``. Each sequence is in order."""
 
     end_ps: int
     sequences: Mapping[str, Sequence[ObservedItem]]
@@ -46,8 +46,8 @@ def observe(
 ) -> Observation:
     """Run a board from power-on to ``end_ps`` and record its behaviour.
 
-    ``transfers`` keeps all events in the trace, including bus transfers. A failure of the firmware or an exceeded
-    limit is recorded as the end of the run. Raises NotJudgedError if the run has too many events, or takes too long.
+    ``transfers`` keeps all events in the trace. The record ends at a firmware failure or exceeded
+    limit. Raises NotJudgedError for too many events or too long a run.
     """
     kept = _ComparedEvents(board.trace, transfers)
     runner = Runner(board, [], end_ps, None, lambda wall_s: kept.exceeded() or exceeded(wall_s))
@@ -92,17 +92,17 @@ def _timer(timer: TickCounts, now_ps: int) -> list[ObservedItem]:
 
 
 def is_led(name: str) -> bool:
-    """Return whether a sequence is a LED's."""
+    """Return whether a sequence is an LED's."""
     return name not in (TERMINAL, TIMER, END) and not name.endswith(REGISTERS)
 
 
 def led_pins(board: Board) -> dict[str, str]:
-    """Return the pin of each LED by the name of its sequence."""
+    """Return the LEDs' pins by sequence name."""
     return {name: led.pin for name, led in board.leds.items()}
 
 
 class _ComparedEvents:
-    """The compared events of a run. Bus transfers are not included, because only a replay needs them."""
+    """A run's compared events. Only a replay needs bus transfers."""
 
     def __init__(self, trace: Trace, transfers: bool) -> None:
         self._trace = trace
@@ -114,7 +114,7 @@ class _ComparedEvents:
         self.close = trace.subscribe(self._take)
 
     def exceeded(self) -> str:
-        """Return the limit that has been reached, or an empty string if there is room for more events."""
+        """Return the reached limit of events, or ""."""
         full = self._full or (self._transfers and self._trace.dropped)
         return f"{MOST_EVENTS} events" if full else ""
 
@@ -130,7 +130,7 @@ class _ComparedEvents:
 
 
 def bytes_sent(events: Iterable[TerminalBytes], uart: Uart) -> Iterator[tuple[int, int]]:
-    """Yield the start time on the serial line and the value of each byte of text."""
+    """Yield each output byte's start time on the line, and its value."""
     for event in events:
         if event.direction == "tx":
             for number, byte in enumerate(event.data):
@@ -138,7 +138,7 @@ def bytes_sent(events: Iterable[TerminalBytes], uart: Uart) -> Iterator[tuple[in
 
 
 def lines_of(text: Iterable[tuple[int, int]]) -> list[ObservedItem]:
-    """Convert bytes with times to lines. The time of a line is that of its first byte other than CR."""
+    """Convert timed bytes to lines. A line's time is that of its first byte except CR."""
     lines: list[ObservedItem] = []
     line, began_ps = bytearray(), NEVER_PS
     for at_ps, byte in text:
@@ -154,7 +154,7 @@ def lines_of(text: Iterable[tuple[int, int]]) -> list[ObservedItem]:
 
 
 def edges_of(events: Iterable[GpioEdge], pin: str) -> list[ObservedItem]:
-    """Return edges of a LED's pin, which is low while lit."""
+    """Return an LED pin's edges. The pin is low while lit."""
     return [ObservedItem(event.t_ps, "off" if event.level else "on") for event in events if event.pin == pin]
 
 

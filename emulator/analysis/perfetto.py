@@ -1,9 +1,9 @@
-"""``--perfetto FILE``: a run on a time line, for https://ui.perfetto.dev and ``chrome://tracing``.
+"""``--perfetto FILE``: a run's time line for https://ui.perfetto.dev and ``chrome://tracing``.
 
 The stack is sampled every ``LOOK_PS``, so shorter calls may be missing.
 
-Decision: the Perfetto file is JSON in the "Trace Event Format" (Google, 2016), which both viewers and any
-program can read.
+Decision: the Perfetto file is JSON in the "Trace Event Format" (Google, 2016), which both viewers
+and any program can read.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _SP, _LR, _PC = 13, 14, 15
 
 
 class PerfettoFile:
-    """Writes the events on ``board`` from now on. Raises LinkError if the file cannot be opened."""
+    """Writer of ``board``'s later events. Raises LinkError for an unusable file."""
 
     def __init__(self, board: Board, path: Path, most_bytes: int = LARGEST_FILE) -> None:
         self._board = board

@@ -1,4 +1,4 @@
-"""Plot of a run: points for printed values, bars for the truth just before each print, and the LEDs."""
+"""Plot of a run: printed values as points, the truth before as bars, and LEDs."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ _AXES = {  # by the label up to its first bracket or colon
 
 
 def draw(record: Mapping[str, Any], picture: Path) -> None:
-    """Draw ``record``, the JSON of ``fcu run --json``, into ``picture``, whose suffix selects the format.
+    """Draw ``record``, the JSON of ``fcu run --json``, into ``picture``.
 
-    Raises InputError if the record has nothing to draw or matplotlib is not installed, and LinkError if the file
-    cannot be written.
+    The suffix selects the format. Raises InputError for unusable records or missing matplotlib,
+    LinkError if the file cannot be written.
     """
     if picture.suffix.lower() not in KINDS:
         raise InputError(f"{picture}: the name must end in {', '.join(KINDS)}", kind="picture_type")
@@ -64,7 +64,7 @@ def draw(record: Mapping[str, Any], picture: Path) -> None:
 
 
 class _Field:
-    """One printed number over the run: times, values, and the range of the truth."""
+    """A printed number's times, values, and true range."""
 
     def __init__(self) -> None:
         self.at_s: list[float] = []

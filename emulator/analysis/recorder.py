@@ -1,10 +1,10 @@
-"""Printed lines and LEDs of a run, with the range of the true values in the time before.
+"""Printed lines and LEDs of a run, with preceding true values.
 
 The truth is a range, because a printed value is older than its line.
 
-Decision: the recorder samples the callback every 4.87 ms of virtual time and the LEDs every 48.7 ms. It reads the
-terminal and computes the truth for about 100 samples at once. A call for each sample would take as long as the
-firmware. A line has the time of the sample that follows its first byte.
+Decision: the recorder samples the callback every 4.87 ms of virtual time and the LEDs every 48.7
+ms. It reads the terminal and computes the truth once per 100 samples. A call for each sample would
+take as long as the firmware. A line has the time of the first sample after its first byte.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ LABELS = tuple(line_format.label for line_format in FORMATS)
 
 @dataclass(frozen=True)
 class ValueRange:
-    """The range of a true value."""
+    """Range of a true value."""
 
     low: float
     high: float
@@ -44,7 +44,7 @@ class ValueRange:
         return (self.low + self.high) / 2
 
     def distance(self, value: float) -> float:
-        """Return the distance of ``value`` from the range; 0 inside."""
+        """Return the distance of ``value`` from the range, 0 inside."""
         return max(self.low - value, value - self.high, 0.0)
 
     def scaled(self, factor: float) -> ValueRange:
@@ -54,7 +54,7 @@ class ValueRange:
 
 @dataclass(frozen=True)
 class LabLine:
-    """A line of the lab, its numbers (None if the format is different), and the truth of its fields."""
+    """A lab line, its numbers (None in another format), and their truth."""
 
     label: str
     text: str
@@ -65,7 +65,7 @@ class LabLine:
 
 @dataclass(frozen=True)
 class Lights:
-    """The LEDs at one time, and pitch and roll in degrees by the lab's formulas from the true force."""
+    """LEDs, with the lab's pitch and roll in degrees from the true force."""
 
     at_s: float
     pitch: float
@@ -81,7 +81,7 @@ class Lights:
 
 
 class TruthRecorder:
-    """Recorder of the lines and LEDs of ``board`` from now on."""
+    """Recorder of lines and LEDs of ``board`` from now on."""
 
     def __init__(self, board: Board) -> None:
         self.board = board
@@ -156,12 +156,12 @@ class TruthRecorder:
         self._times.forget(end - len(self._rest))
 
     def _sampled_s(self, number: int) -> float:
-        """Return the time of the first sample at which output byte ``number`` had arrived."""
+        """Return the time of the first sample after the arrival of byte ``number``."""
         late_ps = self._times.ps(number) - self._start_ps
         return float(self._start_ps - -late_ps // _LOOK_PS * _LOOK_PS) / PS_PER_S
 
     def _look_at_callback(self, handled: Sequence[str], timer: str) -> None:
-        """Count a poll of the callback, except during a fault, when an interrupted callback stays active."""
+        """Count a poll, except during faults, when an interrupted callback stays active."""
         if _FAULTS.isdisjoint(handled):
             self.looks_at_callback += 1
             self.callback_seen += any(timer in name for name in handled)

@@ -1,11 +1,11 @@
-"""Replay of Python firmware on the samples of another firmware, so that only arithmetic and text may differ.
+"""Replay of Python firmware on recorded samples. Only arithmetic and text may differ.
 
-The main loop reads a line's values when the last bit of the previous text has left (TC, RM0368 19.3.2). A
-callback begins with the first transfer after those of the previous one. A loop that reads its variables right
-after a delay may read them a tick too late.
+The main loop reads a line's values when the last bit of the previous text has left (TC, RM0368
+19.3.2). A callback begins with the first transfer after the previous one's. A loop that reads
+variables right after a delay may read them a tick late.
 
-Decision: the transfers are fed to the firmware's HAL calls, not to its arithmetic, so that drivers and boot
-are included.
+Decision: the transfers are fed to the firmware's HAL calls, not to its arithmetic, so that drivers
+and boot are included.
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ reads its variables, and 1.6 us from the timer's interrupt until the callback's 
 
 
 def replay(board: Board, firmware: Callable[[Any], HostedApplication]) -> Observation:
-    """Return the text and LEDs of ``firmware`` with the samples read by the firmware on ``board``.
+    """Return text and LEDs of ``firmware`` with the samples read on ``board``.
 
-    ``board`` has run with ``trace.record_all()``; ``firmware`` takes a HAL. Raises InputError if a transfer
-    failed, or the firmware requests data that was not read.
+    ``board`` has run with ``trace.record_all()``. ``firmware`` takes a HAL. Raises InputError for a
+    failed transfer, or a request for unread data.
     """
     hal = _ReplayHal(_Recording(board))
     application = firmware(hal)
@@ -61,12 +61,12 @@ def replay(board: Board, firmware: Callable[[Any], HostedApplication]) -> Observ
 
 
 class _EndOfRecordingError(Exception):
-    """The end of the recording has been reached."""
+    """The recording has no more data."""
 
 
 @dataclass(frozen=True)
 class _Read:
-    """Bytes read from ``device`` at ``t_ps``, starting at ``register``."""
+    """Bytes of ``device`` at ``t_ps``, starting at ``register``."""
 
     t_ps: int
     device: str
@@ -75,7 +75,7 @@ class _Read:
 
 
 class _Recording:
-    """A run's trace: the sensors' answers, and the times of the text's bytes."""
+    """A trace's sensor answers, and times of its text bytes."""
 
     def __init__(self, board: Board) -> None:
         self.end_ps = board.clock.now_ps
@@ -89,10 +89,7 @@ class _Recording:
         self.left_ps = [at_ps + frame_ps for at_ps in self.sent_ps]
 
     def position(self, text: bytearray) -> int:
-        """Return the position in the recorded text that corresponds to the end of ``text``.
-
-        It has the same number of complete lines before it, and the same number of bytes in its line.
-        """
+        """Return the recorded position after as many lines and further bytes as ``text`` has."""
         lines = text.count(_LF)
         if not lines:
             return len(text)
@@ -101,7 +98,7 @@ class _Recording:
         return self._line_ends[lines - 1] + len(text) - text.rindex(_LF) - 1
 
     def times_ps(self, text: bytes | bytearray) -> Iterator[int]:
-        """Yield a time for each byte of ``text``, line by line from the times of the recorded text."""
+        """Yield a time for each byte of ``text`` from the recorded line."""
         begin = 0
         for line, sent in enumerate(_lines(text)):
             if line < len(self._line_ends):
@@ -136,7 +133,7 @@ def _reads(board: Board) -> Iterator[_Read]:
 
 
 class _ReplayHal(HalGpio):
-    """The calls of :mod:`fcu_emulator.emulator.python_cpu.hal`, from a recording; ``trace`` has the LEDs' edges."""
+    """HAL calls from a recording. ``trace`` has the LEDs' edges."""
 
     def __init__(self, recording: _Recording) -> None:
         self.callback: Callable[[], None] = lambda: None
@@ -150,7 +147,7 @@ class _ReplayHal(HalGpio):
         self._timer_runs = False
 
     def printed(self) -> Iterator[tuple[int, int]]:
-        """Yield the time and the value of each printed byte."""
+        """Yield each printed byte's time and value."""
         return zip(self._recording.times_ps(self._text), self._text, strict=False)
 
     # -- time -------------------------------------------------------------------------------------------
@@ -159,7 +156,7 @@ class _ReplayHal(HalGpio):
         return self._clock.now_ps // PS_PER_MS
 
     def HAL_Delay(self, delay_ms: int) -> None:
-        """Continue at the end of the latest text plus all delays since then."""
+        """Continue at the latest text's end plus later delays."""
         self._delayed_ps += delay_ms * PS_PER_MS
         self._clock.now_ps = self._spoken_ps + self._delayed_ps
         if self._clock.now_ps > self._recording.end_ps:
@@ -180,14 +177,14 @@ class _ReplayHal(HalGpio):
     # -- the sensors ------------------------------------------------------------------------------------
 
     def HAL_I2C_Mem_Read(self, dev_address: int, mem_address: int, size: int) -> tuple[int, bytes]:
-        """Return the next recorded bytes of these registers, from one transfer or several."""
+        """Return the next recorded bytes of these registers, from one or several transfers."""
         device, data = self._recording.devices[dev_address], b""
         while len(data) < size:
             data += self._read(device, mem_address + len(data))
         return HAL_OK, data
 
     def _read(self, device: str, register: int) -> bytes:
-        """Return the next recorded read; skip the boot's reads over SPI, which Python firmware does not make."""
+        """Return the next recorded read. Skip boot reads over SPI, which Python firmware omits."""
         while reads := self._recording.reads:
             read = reads.popleft()
             if (read.device, read.register) == (device, register):
@@ -201,14 +198,14 @@ class _ReplayHal(HalGpio):
         raise _EndOfRecordingError
 
     def HAL_I2C_Mem_Write(self, dev_address: int, mem_address: int, data: bytes) -> int:
-        """Accept the data without comparing it."""
+        """Accept data without comparing it."""
         del dev_address, mem_address, data
         return HAL_OK
 
     # -- text, LEDs, timer ------------------------------------------------------------------------------
 
     def HAL_UART_Transmit(self, data: bytes, timeout_ms: int) -> int:
-        """Continue when the recorded text has reached this position, after all callbacks until then."""
+        """Continue at this position in the recorded text, after all callbacks until then."""
         del timeout_ms
         self._text += data
         left_ps = self._recording.left_ps
@@ -227,8 +224,8 @@ class _ReplayHal(HalGpio):
         return HAL_TIMEOUT, b""
 
     def HAL_TIM_Base_Init(self, prescaler: int, period: int) -> None:
-        """Ignore the rate, because the recording determines the times of the callbacks."""
+        """Ignore the rate, because the recording determines callback times."""
 
     def HAL_TIM_Base_Start_IT(self) -> None:
-        """Treat all later reads as reads of callbacks."""
+        """Treat later reads as callback reads."""
         self._timer_runs = True

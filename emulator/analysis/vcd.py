@@ -1,9 +1,9 @@
-"""``--vcd FILE``: the board's wires as a value change dump (IEEE 1364), for GTKWave, PulseView and sigrok.
+"""``--vcd FILE``: the wires as a value change dump (IEEE 1364), for GTKWave, PulseView, sigrok.
 
 Decision: all wires in the VCD file have one bit, because the reader of sigrok stops at a vector.
 
-The writer, pyvcd of the extra ``views``, requires increasing times, so edges wait for ``HELD_PS``. Longer
-transfers are omitted and counted.
+The writer, pyvcd of the extra ``views``, requires increasing times. Edges wait for ``HELD_PS``.
+Longer transfers are omitted and counted.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _FLUSH_EVERY = 5_000  # samples
 
 
 class VcdFile:
-    """Writes the events on ``board`` from now on. Raises InputError without pyvcd, or LinkError."""
+    """Writer of ``board``'s later events. Raises InputError without pyvcd, or LinkError."""
 
     def __init__(self, board: Board, path: Path, most_bytes: int = LARGEST_FILE) -> None:
         writer_class = _writer_class()

@@ -1,6 +1,6 @@
-"""Bus transfers and serial frames as levels on wires, bit by bit.
+"""Bus transfers and serial frames as bits on wires.
 
-Bits are spread evenly over a message, because pauses between bytes are not recorded.
+Bits are evenly spaced, because pauses between bytes are not recorded.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _READ = 1
 
 
 def i2c(transfer: BusTransfer, scl: str, sda: str) -> Iterator[Edge] | None:
-    """Return a message on I2C, from start to stop (UM10204 section 3.1); None for an incomplete one."""
+    """Return an I2C message from start to stop (UM10204 section 3.1), or None if incomplete."""
     parts = _i2c_parts(transfer)
     if parts is None or transfer.end_ps <= transfer.t_ps:
         return None
@@ -72,7 +72,7 @@ def _i2c_edges(
 
 
 def spi(transfer: BusTransfer, mode: int, sck: str, data: str, select: str) -> Iterator[Edge]:
-    """Yield a message on SPI, most significant bit first; ``mode``: CPOL and CPHA."""
+    """Yield an SPI message, most significant bit first. ``mode``: CPOL and CPHA."""
     idle, late = mode >> 1, mode & 1
     message = transfer.written + transfer.read
     yield transfer.t_ps, sck, idle
@@ -90,7 +90,7 @@ def spi(transfer: BusTransfer, mode: int, sck: str, data: str, select: str) -> I
 
 
 def frames(start_ps: int, data: bytes, frame_ps: Fraction, bit_ps: Fraction, wire: str) -> Iterator[Edge]:
-    """Yield bytes on a serial line: start bit, eight bits from the lowest, stop bit."""
+    """Yield serial bytes: start bit, eight bits from the lowest, stop bit."""
     for number, byte in enumerate(data):
         begin = start_ps + number * frame_ps
         yield int(begin), wire, 0

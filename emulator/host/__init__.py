@@ -1,1 +1,1 @@
-"""Services of the machine that runs the emulator: files, worker processes, ports, install hints."""
+"""Services of the host machine: files, worker processes, ports, install hints."""

@@ -1,4 +1,4 @@
-"""Files that are written completely or not at all, and files with a size limit."""
+"""Files that are written atomically, and files with a size limit."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ _OF_A_NAME = frozenset(
 
 
 def is_about_the_name(error: OSError) -> bool:
-    """Return whether the name or kind of a file causes ``error``. The author of a submission chooses both."""
+    """Return whether a file's name or kind causes ``error``."""
     return error.errno in _OF_A_NAME
 
 
 def write_atomically(path: Path, data: bytes | str, *, private: bool = False) -> None:
     """Write ``data`` in one step, and create missing folders. Raises OutputError.
 
-    ``private``: only this user may read the file. A device such as ``/dev/null`` is written to and not replaced.
+    ``private``: only this user may read the file. Devices such as ``/dev/null`` are not replaced.
     """
     contents = data.encode("utf-8") if isinstance(data, str) else data
     try:
@@ -62,9 +62,9 @@ def _remove(path: Path) -> None:
 
 
 def secret(path: Path) -> bytes:
-    """Return the secret in a file. A missing file is created with 32 random bytes.
+    """Return a file's secret. A missing file is created with 32 random bytes.
 
-    Raises InputError if the file cannot be a secret, and OutputError if it cannot be created.
+    Raises InputError if the file cannot be a secret, OutputError if it cannot be created.
     """
     try:
         if path.exists() and not path.is_file():
@@ -83,7 +83,7 @@ def secret(path: Path) -> bytes:
 
 
 def _is_device(path: Path) -> bool:
-    """Return whether the path is a device. Raises OutputError if it is neither a device nor a file."""
+    """Return whether the path is a device. Raises OutputError unless it is a device or file."""
     try:
         mode = path.stat().st_mode
     except OSError:  # the following write reports the error
@@ -96,9 +96,9 @@ def _is_device(path: Path) -> bool:
 
 
 class BoundedFile:
-    """An ASCII file of at most ``most_bytes``, emptied at the start. Raises LinkError.
+    """An ASCII file of at most ``most_bytes``, emptied first. Raises LinkError.
 
-    ``what`` is the name of the file in messages.
+    Messages call the file ``what``.
     """
 
     def __init__(self, path: str | Path, what: str, most_bytes: int) -> None:

@@ -1,4 +1,4 @@
-"""Quoting for shells, and hints for installing programs. Only Debian's hints were tested."""
+"""Shell quoting, and install hints. Only Debian's hints were tested."""
 
 from __future__ import annotations
 
@@ -34,23 +34,23 @@ _INSTALL: Mapping[str, Mapping[str, str]] = {
 
 
 def how_to_install_all(programs: Iterable[str]) -> str:
-    """Return the hint for installing several programs, in one command if possible."""
+    """Return the hint for installing programs, in one command if possible."""
     ways = list(dict.fromkeys(map(how_to_install, programs)))
     packages = [way.removeprefix(_APT) for way in ways]
     return _APT + " ".join(packages) if all(map(str.__ne__, ways, packages)) else "; ".join(ways)
 
 
 def quoted(word: str) -> str:
-    """Return a word quoted for cmd and PowerShell on Windows, and for sh on other systems."""
+    """Return a word quoted for cmd and PowerShell on Windows, otherwise for sh."""
     return subprocess.list2cmdline([word]) if sys.platform == "win32" else shlex.quote(word)
 
 
 def command_line(words: Iterable[str]) -> str:
-    """Return a command as the user types it."""
+    """Return a command as users type it."""
     return " ".join(map(quoted, words))
 
 
 def how_to_install(program: str) -> str:
-    """Return the hint for installing ``program``; unknown systems get Debian's hint."""
+    """Return the hint for installing ``program``, by default Debian's."""
     ways = _INSTALL[program]
     return ways.get(sys.platform, ways["linux"])

@@ -1,15 +1,15 @@
 """A worker process for untrusted firmware.
 
-If the worker was killed, crashed, or exceeded its memory or time, the exit code is not a verdict on the firmware.
+The exit code is not a verdict if the worker was killed, crashed, or exceeded memory or time.
 
-Decision: the worker process adds a constant to its exit code. Otherwise exit code 1 of a library that has run out of
-memory would be the verdict "wrong".
+Decision: the worker process adds a constant to its exit code. Otherwise exit code 1 of a library
+that has run out of memory would mean "wrong".
 
-Decision: the worker process stays in the process group of its parent, so that Ctrl-C reaches both and typed text
-reaches the board. A pipe ends the worker if the parent is killed.
+Decision: the worker process stays in the process group of its parent, so that Ctrl-C reaches both
+and typed text reaches the board. A pipe ends the worker if the parent is killed.
 
-Decision: the worker process sets its own limits before it loads other modules. The parent cannot set them between fork
-and exec, because a function there is unsafe with threads.
+Decision: the worker process sets its own limits before it loads other modules. The parent cannot
+set them between fork and exec, because functions there are unsafe with threads.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _ON_MACOS = ("memory_bytes",)
 
 @dataclass(frozen=True)
 class WorkerLimits:
-    """Limits of a process. Raises InputError if no program could run."""
+    """Limits of a process. Raises InputError for impossible limits."""
 
     memory_bytes: int = 1 << 30
     """Size of the address space. Python, numpy and a board need a third of the default."""
@@ -65,9 +65,10 @@ class WorkerLimits:
             raise InputError(f"limit memory_bytes {problem}")
 
     def apply(self) -> tuple[str, ...]:
-        """Apply the limits, and return the names of those that this system does not enforce.
+        """Apply the limits, and return those that the system does not enforce.
 
-        Lower existing limits remain. Processor time counts from the latest call. Call it before loading large modules.
+        Lower existing limits remain. Processor time counts from the latest call. Call it before
+        large imports.
         """
         if sys.platform != "win32":
             import resource
@@ -82,14 +83,14 @@ class WorkerLimits:
 
 
 def not_limited() -> tuple[str, ...]:
-    """Return the limits that this system does not enforce."""
+    """Return the limits that the system does not enforce."""
     if platform.system() == "Windows":
         return tuple(field.name for field in fields(WorkerLimits))
     return _ON_MACOS if platform.system() == "Darwin" else ()
 
 
 def parse_limits(settings: Sequence[str]) -> tuple[WorkerLimits | None, tuple[str, ...]]:
-    """Return the limits in settings ``name=number``, or None if there are none, and the other settings.
+    """Return the limits from settings ``name=number`` (None without any), and other settings.
 
     Raises InputError.
     """
@@ -132,7 +133,7 @@ _CAUSES = {
 
 @dataclass(frozen=True)
 class WorkerExit:
-    """Result of a worker; ``code`` is None if ``cause`` ended it abnormally."""
+    """A worker's result. ``code`` is None after an abnormal end by ``cause``."""
 
     code: int | None
     cause: str
@@ -141,7 +142,7 @@ class WorkerExit:
 
 
 def run_isolated(module: str, arguments: Sequence[str], limits: WorkerLimits) -> WorkerExit:
-    """Run ``module`` in a worker process as ``python -m`` does, with the standard streams of this process.
+    """Run ``module`` in a worker process as ``python -m`` does, with this process' streams.
 
     Call it in the main thread. Raises OSError if no process can be started.
     """
@@ -181,7 +182,7 @@ def _cause(status: int, limits: WorkerLimits) -> str:
 
 
 def _lifeline() -> tuple[int | None, int | None]:
-    """Create the pipe that ends the worker. Its file descriptors are 3 or more, above the standard streams."""
+    """Create the pipe that ends the worker, with file descriptors above the standard streams."""
     read: int | None = None
     write: int | None = None
     if sys.platform != "win32":
@@ -196,7 +197,7 @@ def _lifeline() -> tuple[int | None, int | None]:
 
 @contextmanager
 def _passed_on(asked: list[int]) -> Iterator[list[subprocess.Popen[bytes]]]:
-    """Forward termination signals to the process that the caller adds to the list; a second signal kills it.
+    """Forward termination signals to the process that the caller lists. A second one kills it.
 
     On Windows the worker receives Ctrl-C directly.
     """
@@ -224,12 +225,12 @@ _working_under: list[WorkerLimits] = []
 
 
 def limits_of_worker() -> WorkerLimits | None:
-    """Return this worker's limits; None in another process."""
+    """Return this worker's limits, or None elsewhere."""
     return _working_under[0] if _working_under else None
 
 
 def work() -> None:
-    """Run the worker with the arguments of :func:`run_isolated`."""
+    """Run the worker for :func:`run_isolated`."""
     own = json.loads(sys.argv[1])
     limits = WorkerLimits(**own["limits"])
     threading.Thread(target=_end_with_parent, args=(own["lifeline"], own["parent"]), daemon=True).start()

@@ -1,6 +1,6 @@
-"""TCP ports that only programs on this machine can reach.
+"""TCP ports that only this machine's programs can reach.
 
-Decision: serial ports, the debugger's port and the control port listen on 127.0.0.1 only. Programs on other
+Decision: serial ports, the debugger's port and the control port listen on 127.0.0.1 only. Other
 machines connect through ``ssh -L``. Only the page, which has a token, can have another address.
 """
 
@@ -16,7 +16,7 @@ LARGEST_PORT = 65_535
 
 
 def listen(port: int, option: str) -> socket.socket:
-    """Return a socket on ``port`` (0: any free port). Raises LinkError, which names the command line ``option``."""
+    """Return a socket on ``port`` (0: any free one). Raises LinkError naming ``option``."""
     listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
         if sys.platform == "win32":  # on Windows, SO_REUSEADDR lets two programs share a port

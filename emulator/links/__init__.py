@@ -1,4 +1,4 @@
-"""Byte links: the connection of the virtual board's serial line to the outside."""
+"""Byte links connect the virtual serial line to the outside."""
 
 from __future__ import annotations
 
@@ -20,10 +20,11 @@ def open_link(
     firmware_baud: Callable[[], float] = lambda: 115_200.0,
     say: Callable[[str], None] = lambda _line: None,
 ) -> ByteLink:
-    """Open the link that ``spec`` names: one of ``CHOICES``.
+    """Open the link ``spec``, one of ``CHOICES``.
 
-    ``port`` means pty, or tcp on systems without pseudo-terminals. ``firmware_baud()`` returns the USART's present
-    rate; ``say(line)`` receives messages. Raises LinkError if ``spec`` is unknown or not supported on this system.
+    ``port`` means pty, or tcp on systems without pseudo-terminals. ``firmware_baud()`` returns the
+    USART's rate. ``say(line)`` receives messages. Raises LinkError for an unknown or unsupported
+    ``spec``.
     """
     kind, colon, name = spec.partition(":")
     if spec == "stdout":

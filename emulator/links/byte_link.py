@@ -1,10 +1,10 @@
-"""The interface of all byte links, which are the other end of the virtual UART, and their common parts.
+"""Interface and common parts of byte links, the other end of the virtual UART.
 
-Decision: a link has a call to send and a call to receive, which never block. They are polled every 10 to 20 ms of
-wall time, so that a run does not depend on the scheduling of threads.
+Decision: a link has a call to send and a call to receive, which never block. They are polled every
+10 to 20 ms of wall time, so that a run does not depend on thread scheduling.
 
-Decision: the full queue of a link drops its oldest bytes, not the newest, because a returning user wants the
-current output.
+Decision: the full queue of a link drops its oldest bytes, not the newest, because a returning user
+wants the current output.
 """
 
 from __future__ import annotations
@@ -16,41 +16,41 @@ from typing import Protocol, runtime_checkable
 
 
 class ByteLink(Protocol):
-    """The other end of the virtual UART. It is used from one thread, and passes no bytes after ``close``."""
+    """The virtual UART's other end, for one thread. It passes no bytes after ``close``."""
 
     def send(self, data: bytes) -> None:
-        """Take all of ``data`` (board to reader) without blocking. Bytes that do not fit are lost and counted."""
+        """Take ``data`` for the reader without blocking. Count bytes that do not fit as lost."""
 
     def receive(self, most: int) -> bytes:
-        """Return up to ``most`` bytes that have arrived for the board, without blocking; other bytes wait."""
+        """Return up to ``most`` bytes for the board without blocking. Keep the rest."""
         ...
 
     def flush(self, timeout_s: float) -> None:
-        """Wait up to ``timeout_s`` of wall time for an attached reader, less if it reads nothing for two seconds."""
+        """Wait until an attached reader has all bytes, stalls for 2 s, or ``timeout_s`` ends."""
 
     def close(self) -> None:
-        """Close the link and remove the files that it created; a second call does nothing."""
+        """Close the link and remove its files. A second call does nothing."""
 
     def announce(self) -> list[str]:
-        """Return the lines that tell the user how to connect to this link."""
+        """Return lines that tell the user how to connect."""
         ...
 
     def report(self) -> list[str]:
-        """Return one line with the number of lost bytes and the reasons, if any."""
+        """Return one line with number and reasons of lost bytes, if any."""
         ...
 
     def undelivered(self) -> int:
-        """Return the number of bytes that an attached reader or a file should have received but has not."""
+        """Return the number of bytes that an attached reader or file missed."""
         ...
 
 
 @runtime_checkable
 class Addressed(Protocol):
-    """A link that a terminal program opens by its address."""
+    """A link that terminal programs open by address."""
 
     @property
     def address(self) -> str:
-        """The path of a device, or a port such as ``tcp:4001``."""
+        """A device path, or a port such as ``tcp:4001``."""
         ...
 
 
@@ -58,7 +58,7 @@ class Addressed(Protocol):
 
 
 class MemoryLink:
-    """A link for tests: ``sent`` contains the board's bytes, and ``feed`` adds bytes for the board."""
+    """A link for tests. ``sent`` has the board's bytes, and ``feed`` adds bytes for the board."""
 
     def __init__(self) -> None:
         self.sent = bytearray()
@@ -80,7 +80,7 @@ class MemoryLink:
         return data
 
     def flush(self, timeout_s: float) -> None:
-        """Return at once: ``sent`` is up to date."""
+        """Return at once: ``sent`` is complete."""
 
     def close(self) -> None:
         self.closed = True
@@ -99,7 +99,7 @@ class MemoryLink:
 
 
 class Backlog:
-    """Bytes waiting for a reader, at most ``limit``; not thread-safe."""
+    """At most ``limit`` bytes for a reader, not thread-safe."""
 
     def __init__(self, limit: int) -> None:
         self.limit = limit
@@ -116,7 +116,7 @@ class Backlog:
         return excess
 
     def peek(self, count: int) -> bytes:
-        """Return up to ``count`` of the oldest bytes."""
+        """Return up to ``count`` oldest bytes."""
         return bytes(self._bytes[:count])
 
     def drop(self, count: int) -> None:
@@ -136,7 +136,7 @@ STALL_S = 2.0
 
 
 class Patience:
-    """The time limit for a reader: ``timeout_s`` seconds, or ``STALL_S`` seconds after it has read its last byte."""
+    """Time limit of a reader: ``timeout_s``, or ``STALL_S`` after its last progress, in seconds."""
 
     def __init__(self, timeout_s: float) -> None:
         now_s = time.monotonic()
@@ -145,7 +145,7 @@ class Patience:
         self._left: int | None = None
 
     def wait_s(self, left: int) -> float:
-        """Return the seconds to wait for the ``left`` unread bytes."""
+        """Return the seconds to wait for ``left`` unread bytes."""
         now_s = time.monotonic()
         if left != self._left:
             self._left = left
@@ -154,7 +154,7 @@ class Patience:
 
 
 def losses(name: object, *counts: tuple[int, str]) -> list[str]:
-    """Return the line of :meth:`ByteLink.report`; each of ``counts`` is a number of lost bytes and its reason."""
+    """Return the line of :meth:`ByteLink.report` for ``counts`` of lost bytes with reasons."""
     reasons = [(count, why) for count, why in counts if count]
     if len(reasons) == 1:
         return [f"serial: {reasons[0][0]} bytes lost on {name} {reasons[0][1]}"]

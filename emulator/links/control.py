@@ -1,12 +1,12 @@
-"""Control of running boards: another ``fcu`` of the same user finds a board and sends it messages.
+"""Control of running boards by other ``fcu`` programs of the same user.
 
-A file in the user's runtime folder has the port and the token. A client sends the token first; each further line is a
-JSON object.
+A file in the user's runtime folder has port and token. Each line of a client is a JSON object, the
+first with the token.
 
 Decision: the control server uses TCP and a token on every system, because Windows needs TCP anyway.
 
-Decision: a board counts as running if its control server answers with its token, because process ids are
-reused.
+Decision: a board counts as running if its control server answers with its token, because process
+ids are reused.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ Message = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class RunningBoard:
-    """The record of a running board: its control port, firmware, and serial ports."""
+    """A running board's control port, firmware, and serial ports."""
 
     port: int
     token: str
@@ -49,13 +49,13 @@ class RunningBoard:
     serial: tuple[str, ...] = ()
 
     def ask(self, *messages: Message) -> list[dict[str, Any]]:
-        """Send messages and return the answer to each. Raises LinkError if the board has ended."""
+        """Send messages and return their answers. Raises LinkError if the board has ended."""
         with closing(ControlClient(self)) as conversation:
             return [conversation.ask(message) for message in messages]
 
 
 class ControlClient:
-    """A connection to a control server. Raises LinkError if the board does not answer."""
+    """A connection to a control server. Raises LinkError if it does not answer."""
 
     def __init__(self, board: RunningBoard) -> None:
         self._board = board
@@ -78,7 +78,7 @@ class ControlClient:
             raise self._gone(error) from error
 
     def close(self) -> None:
-        """Close the connection to the board."""
+        """Close the board's connection."""
         self._answers.close()
         self._socket.close()
 
@@ -91,7 +91,7 @@ class ControlClient:
 
 
 class ControlServer:
-    """Server for messages of the user's other programs to a running board. ``answer(message)`` returns the answer.
+    """Server of a running board for other programs. ``answer(message)`` returns the answer.
 
     Raises LinkError if no port or folder is available.
     """
@@ -126,7 +126,7 @@ class ControlServer:
                 caller.reader.close()
 
     def _make_room(self) -> None:
-        """Close the oldest connection that has not sent the token."""
+        """Close the oldest connection, preferably one without the token."""
         for caller in self._callers:
             if not caller.known:
                 caller.serve(self._board.token, self._answer)
@@ -149,7 +149,7 @@ class ControlServer:
 
 
 class _Client:
-    """The connection of a client, which must send the token first."""
+    """A client's connection. The token must come first."""
 
     def __init__(self, connection: socket.socket) -> None:
         self.reader = Reader(connection, Coding())
@@ -193,9 +193,9 @@ class _Client:
 
 
 def running_boards() -> list[RunningBoard]:
-    """Return this user's boards whose control server answers, the oldest first.
+    """Return the user's boards that answer, the oldest first.
 
-    Raises LinkError if there is no runtime folder.
+    Raises LinkError without a runtime folder.
     """
     found = []
     for file in sorted(_folder().glob(_PATTERN), key=_age):
@@ -211,7 +211,7 @@ def running_boards() -> list[RunningBoard]:
 
 
 def the_running_board(wanted: str | None = None) -> RunningBoard:
-    """Return the only running board, or the board of process ``wanted``. Raises InputError if there is none."""
+    """Return the only running board, or that of process ``wanted``. Raises InputError."""
     boards = running_boards()
     if wanted is not None:
         boards = [one for one in boards if str(one.process) == wanted]
@@ -243,7 +243,7 @@ def _age(file: Path) -> float:
 
 
 def _read(file: Path) -> RunningBoard:
-    """Return the running board that a file describes. Raises OSError or ValueError."""
+    """Return the board that a file describes. Raises OSError or ValueError."""
     known = _parsed(read_own_file(file, _LARGEST_FILE))
     port, token, process, name, serial = (known.get(one.name) for one in fields(RunningBoard))
     if not (
@@ -260,7 +260,7 @@ def _read(file: Path) -> RunningBoard:
 
 
 def _parsed(line: bytes) -> dict[str, Any]:
-    """Return the JSON object of a line. Raises ValueError."""
+    """Return a line's JSON object. Raises ValueError."""
     try:
         message = json.loads(line)
     except RecursionError as error:

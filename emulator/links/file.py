@@ -1,4 +1,4 @@
-"""A link that writes the board's output to a file. The board receives no input."""
+"""Link that writes the board's output to a file, without input."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from fcu_emulator.emulator.links.writer import BackgroundWriter
 
 
 class FileLink:
-    """A link to the file ``path``, which is created or emptied.
+    """A link to the new or emptied file ``path``.
 
-    Raises LinkError if the file cannot be opened, or if a write could block.
+    Raises LinkError if the file cannot be opened, or a write could block.
     """
 
     def __init__(self, path: Path) -> None:

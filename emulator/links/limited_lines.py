@@ -1,4 +1,4 @@
-"""Messages about connections: escaped and limited in rate, so that a client cannot fill or control the terminal."""
+"""Connection messages, escaped and limited in rate to protect the terminal."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ EVERY_S = 10.0
 
 
 class LimitedLines:
-    """A filter that passes lines to ``say``, escaped and limited in rate; it is not thread-safe.
+    """Filter that passes lines to ``say``, escaped and limited in rate. It is not thread-safe.
 
-    A line after omitted lines has their number.
+    The line after omitted lines has their number.
     """
 
     def __init__(self, say: Callable[[str], None], clock_s: Callable[[], float] = time.monotonic) -> None:

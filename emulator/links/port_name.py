@@ -1,7 +1,7 @@
-"""The stable name of a pseudo-terminal: a symbolic link whose path is the same in every run (POSIX only).
+"""Stable name of a pseudo-terminal: a symbolic link with a fixed path (POSIX only).
 
-Decision: the process of a running board holds an flock on a file beside its symbolic link, because terminal
-numbers and process ids are reused.
+Decision: the process of a running board holds an flock on a file beside its symbolic link, because
+terminal numbers and process ids are reused.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ PORT_NAME = "ttyFCU"
 
 
 class PortName:
-    """A claimed name: ``path`` belongs to this board until ``release``."""
+    """A claimed ``path``, which belongs to this board until ``release``."""
 
     def __init__(self, path: Path, lock_fd: int) -> None:
         self.path = path
@@ -32,7 +32,7 @@ class PortName:
         before_exit(self._remove_files)
 
     def point_to(self, device: str) -> None:
-        """Make ``path`` a link to ``device``, atomically. Raises LinkError."""
+        """Atomically link ``path`` to ``device``. Raises LinkError."""
         self._device = device
         fresh = self._new_link
         try:
@@ -65,7 +65,7 @@ class PortName:
 
 
 def claim_port(path: Path | None = None) -> PortName:
-    """Claim ``path``; by default the first free name of ttyFCU0, ttyFCU1, ... in the user's runtime folder.
+    """Claim ``path``, by default the first free ttyFCU<n> in the user's runtime folder.
 
     Raises LinkError if ``path`` is in use or cannot be created.
     """
@@ -85,7 +85,7 @@ def claim_port(path: Path | None = None) -> PortName:
 
 
 def _claim(path: Path) -> PortName | None:
-    """Return the claimed name, or None if a running board has claimed it."""
+    """Return the claimed name, or None if another board has it."""
     try:
         lock_fd = _lock(_lock_path(path))
     except OSError as error:
@@ -115,7 +115,7 @@ def _lock_path(path: Path) -> Path:
 
 
 def _lock(path: Path) -> int | None:
-    """Return the descriptor of a locked new file; None if another board holds the lock."""
+    """Return a locked file's descriptor, or None if another board holds the lock."""
     while True:
         flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
         lock_fd = os.open(path, flags, 0o600)

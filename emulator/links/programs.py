@@ -1,4 +1,4 @@
-"""Commands that open a link with the terminal programs of this system, quoted for its shell."""
+"""Shell-quoted commands that open a link with this system's terminal programs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fcu_emulator.emulator.host.loopback import HOST
 def miniterm() -> str:
     """Return the command of pyserial's terminal.
 
-    On Windows it has ``python`` in place of a path that needs quotes, because PowerShell cannot run a quoted path.
+    PowerShell cannot run a quoted path. On Windows, ``python`` replaces such a path.
     """
     python = quoted(sys.executable)
     if sys.platform == "win32" and python != sys.executable:

@@ -1,16 +1,17 @@
-"""The board's serial port as a pseudo-terminal, which terminal programs open like a USB serial adapter.
+"""The serial port as a pseudo-terminal, which terminal programs open like a USB adapter.
 
-Decision: the pseudo-terminal keeps text until the first reader opens it, because a virtual board has no reset
-button.
+Decision: the pseudo-terminal keeps text until the first reader opens it, because a virtual board
+has no reset button.
 
-Decision: the pseudo-terminal holds data back until a new reader has flushed its input, as pyserial does after
-opening, or for ``HOLD_S``. A program that opens it for a shorter time (``stty``, a modem prober) is not a reader.
+Decision: the pseudo-terminal holds data back until a new reader has flushed its input, as pyserial
+does after opening, or for ``HOLD_S``. A program that opens it more briefly, such as ``stty``, is
+not a reader.
 
 Decision: after a reader of the pseudo-terminal has left, text is lost as on a real wire.
 
-Decision: the emulator never keeps the slave side of the pseudo-terminal open. Then ``poll`` reports POLLHUP
-exactly while no process has it open (pty(7)). Packet mode (ioctl_tty(2), TIOCPKT) puts a control byte before
-all data and reports flushes.
+Decision: the emulator never keeps the slave side of the pseudo-terminal open. Then ``poll`` reports
+POLLHUP exactly while no process has it open (pty(7)). Packet mode (ioctl_tty(2), TIOCPKT) reports
+flushes in a control byte before all data.
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ EXCLUSIVE_GRACE_S = 0.3
 
 
 class PtyLink:
-    """A pseudo-terminal named ``link_path``, or the first free ttyFCU<n>. Raises LinkError if there is none."""
+    """A pseudo-terminal named ``link_path``, or the first free ttyFCU<n>. Raises LinkError."""
 
     def __init__(self, link_path: Path | None = None) -> None:
         self._name = claim_port(link_path)
@@ -156,7 +157,7 @@ class PtyLink:
             self._serving = self._had_reader = True
 
     def _read(self) -> bool:
-        """Fill the inbox; return whether the reader flushed its input."""
+        """Fill the inbox. Return whether the reader flushed its input."""
         flushed_any = False
         while len(self._inbox) <= INBOX_LIMIT - CHUNK:  # stop before the inbox exceeds its limit
             data, flushed = self._device.read()
@@ -179,7 +180,7 @@ class PtyLink:
             self._lost_absent += unread
 
     def _renew_device(self) -> None:
-        """Create a new device for ``link_path``, because the old device is permanently locked."""
+        """Create a device for ``link_path``, because the old one is permanently locked."""
         self._read()  # the reader may have sent bytes between the last read and the check that found it gone
         with contextlib.suppress(LinkError):  # the port stays locked, but the board continues
             fresh = _open_device(self._name)
@@ -225,7 +226,7 @@ CHUNK = 4096
 
 
 class PtyDevice:
-    """A raw pseudo-terminal; readers open ``path``. Raises OSError if the system has none left."""
+    """A raw pseudo-terminal. Readers open ``path``. Raises OSError if none is left."""
 
     def __init__(self) -> None:
         self._master, slave = os.openpty()
@@ -243,7 +244,7 @@ class PtyDevice:
         return not any(events & select.POLLHUP for _, events in self._poll.poll(0))
 
     def read(self) -> tuple[bytes, bool]:
-        """Return some of the reader's bytes, and whether it flushed its input."""
+        """Return bytes of the reader, and whether it flushed its input."""
         try:
             packet = os.read(self._master, CHUNK)
         except OSError as error:  # EAGAIN: no data; EIO: no data, and no process has the port open
@@ -262,7 +263,7 @@ class PtyDevice:
             return 0
 
     def unread(self) -> int | None:
-        """Return a lower bound of unread bytes (0 is exact), or None if the port cannot be opened (TIOCEXCL)."""
+        """Return a lower bound of unread bytes (0 is exact), or None if TIOCEXCL locks the port."""
         try:
             with self._slave() as slave:
                 # poll() first: it moves pending bytes into the queue that FIONREAD counts
@@ -275,9 +276,9 @@ class PtyDevice:
         return int(struct.unpack("i", answer)[0])
 
     def recycle(self) -> int | None:
-        """Discard the settings and the unread bytes of a former reader, and return the number of bytes.
+        """Discard a former reader's settings and unread bytes, and return the number of bytes.
 
-        Return None if the device cannot be opened, because ``screen`` has set TIOCEXCL, which stays set on Linux.
+        Return None if the device cannot be opened. On Linux, TIOCEXCL of ``screen`` stays set.
         """
         try:
             with self._slave() as slave:

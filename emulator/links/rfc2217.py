@@ -1,9 +1,10 @@
-"""The board's serial port as a TCP port that uses Telnet with RFC 2217: a remote serial port, by pyserial.
+"""The serial port as a TCP port with Telnet and RFC 2217, by pyserial.
 
-Decision: a client may set another rate than the firmware's, as with a real adapter. The mismatch is reported.
+Decision: a client may set another rate than the firmware's, as with a real adapter. The mismatch is
+reported.
 
-Decision: the RFC 2217 port holds text back while a new client negotiates, because clients discard their input
-during the negotiation.
+Decision: the RFC 2217 port holds text back while a new client negotiates, because clients discard
+their input during the negotiation.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ TOLERANCE = 0.0333
 
 
 class _Line:
-    """The serial port that ``PortManager`` manages: its settings, and input lines that are always active."""
+    """Settings of the port that ``PortManager`` manages. Its input lines are always active."""
 
     cts = dsr = cd = True
     ri = False
@@ -51,11 +52,11 @@ class _Line:
         self._on_purge()
 
     def reset_output_buffer(self) -> None:
-        """Do nothing, because the bytes are already on the wire."""
+        """Do nothing, because bytes are already on the wire."""
 
 
 class Negotiated(Coding):
-    """The Telnet protocol of one client. ``say`` receives each mismatch of its rate with ``firmware_baud()``."""
+    """A client's Telnet protocol. ``say`` receives rate mismatches with ``firmware_baud()``."""
 
     def __init__(self, firmware_baud: Callable[[], float], say: Callable[[str], None]) -> None:
         self._firmware_baud = firmware_baud
@@ -67,7 +68,7 @@ class Negotiated(Coding):
         self._manager = PortManager(self._line, self)
 
     def write(self, data: bytes) -> None:
-        """Send an answer to the client; ``PortManager`` calls this."""
+        """Send an answer of ``PortManager`` to the client."""
         self._answers += data
 
     def encode(self, data: bytes) -> bytes:
@@ -110,9 +111,9 @@ class Negotiated(Coding):
 
 
 class Rfc2217Link(TcpLink):
-    """A link on ``port`` of 127.0.0.1; None for the default port, 0 for any free one. Raises LinkError.
+    """A link on ``port`` of 127.0.0.1 (None: default, 0: any free). Raises LinkError.
 
-    ``say(line)`` receives each mismatch of the rates.
+    ``say(line)`` receives rate mismatches.
     """
 
     kind = "rfc2217"

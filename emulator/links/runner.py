@@ -1,4 +1,4 @@
-"""The run loop of the command line: it runs the board in slices, follows the wall clock, and serves the links."""
+"""The run loop: it runs a board in slices, follows the wall clock, and serves links."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _LAG_FORGIVEN_S = 0.5
 
 
 class Pacer:
-    """Pacing of a run: sleep, so that virtual time is ``speed`` times as fast as the wall clock.
+    """Pacing of a run: virtual time is ``speed`` times wall time.
 
     ``speed`` None: never sleep. ``slice_s``: virtual time of the next slice.
     """
@@ -60,7 +60,7 @@ _FLUSH_S = 5.0  # maximum wall time for a slow reader at the end
 
 @dataclass(frozen=True)
 class Progress:
-    """Progress of a run: virtual seconds so far, virtual seconds in total (None: no end), and wall seconds."""
+    """Virtual seconds so far, in total (None: no end), and wall seconds."""
 
     virtual_s: float
     total_s: float | None
@@ -90,7 +90,7 @@ class RunnableBoard(Protocol):
 
 
 class Debugger(Protocol):
-    """Interface of a debugger between runner and board, which may halt the board or end the run."""
+    """Interface of a debugger, which may halt the board or end the run."""
 
     @property
     def halted(self) -> bool: ...
@@ -99,15 +99,15 @@ class Debugger(Protocol):
     def killed(self) -> bool: ...
 
     def run_until_ps(self, at_ps: int) -> None:
-        """Run the board, or wait for a short time if the board is halted."""
+        """Run the board, or wait briefly if it is halted."""
         ...
 
 
 class Runner:
-    """A run of a board until ``end_ps`` of virtual time (None: until stopped), with its links.
+    """A board's run with links until ``end_ps`` of virtual time (None: until stopped).
 
-    ``speed``: ratio of virtual to wall time, None for as fast as possible. If ``exceeded(wall_s)`` returns a text,
-    the run ends and ``limit`` is this text.
+    ``speed``: ratio of virtual to wall time, None for no limit. A text of ``exceeded(wall_s)`` ends
+    the run and becomes ``limit``.
     """
 
     def __init__(
@@ -137,7 +137,7 @@ class Runner:
         self.stopped = True
 
     def run(self, on_progress: Callable[[Progress], None] = lambda _progress: None) -> None:
-        """Run to the end. Raises FirmwareError after the links have received all bytes."""
+        """Run to the end. Raises FirmwareError after the links are flushed."""
         started = self._wall_clock_s()
         end_ps = NEVER_PS if self._end_ps is None else self._end_ps
         total_s = None if self._end_ps is None else self._end_ps / PS_PER_S

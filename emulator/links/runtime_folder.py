@@ -1,4 +1,4 @@
-"""The user's private folder for data of running boards: port names and control addresses."""
+"""The user's private folder for port names and control addresses of running boards."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ _NEITHER_WAIT_NOR_FOLLOW = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOC
 
 
 def runtime_folder(option: str, instead: str) -> Path:
-    """Return the folder, and create it if needed. Raises LinkError, which names ``option`` and suggests ``instead``."""
+    """Return the folder, and create it if needed.
+
+    Raises LinkError with ``option`` and ``instead`` in its message.
+    """
     try:
         if sys.platform == "win32":
             folder = _windows_folder()
@@ -29,7 +32,7 @@ def runtime_folder(option: str, instead: str) -> Path:
 
 
 def read_own_file(path: Path, most_bytes: int) -> bytes:
-    """Return the contents of a regular file of this user, without blocking. Raises OSError for any other file."""
+    """Return this user's regular file without blocking. Raises OSError for any other file."""
     descriptor = os.open(path, os.O_RDONLY | _NEITHER_WAIT_NOR_FOLLOW)
     with os.fdopen(descriptor, "rb") as file:
         status = os.fstat(descriptor)

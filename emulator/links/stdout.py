@@ -1,15 +1,15 @@
-"""The terminal that started the emulator: output on standard output, input from standard input.
+"""The terminal that started the emulator: standard output and input.
 
 Decision: a daemon thread writes to standard output, because it may block.
 
 Decision: the thread writes to the raw file beneath ``sys.stdout.buffer``, because the lock of the
 buffer would abort an exit while the thread is blocked.
 
-Decision: after a failed write (reader gone, disk full) standard output is redirected to the null device, so
-that the flush at exit does not fail (Python's ``signal``, "Note on SIGPIPE").
+Decision: after a failed write (reader gone, disk full) standard output is redirected to the null
+device, so that the flush at exit does not fail (Python's ``signal``, "Note on SIGPIPE").
 
-Decision: standard input is read only if it is a terminal and this process is in its foreground process group.
-Otherwise SIGTTIN may stop the process.
+Decision: standard input is read only if it is a terminal and this process is in its foreground
+process group. Otherwise SIGTTIN may stop the process.
 
 Decision: the terminal stays in line mode, so that Ctrl-C still ends the run.
 """
@@ -34,7 +34,7 @@ if sys.platform == "win32":
 
 
 class StdoutLink:
-    """A link that writes to standard output, and receives lines that are typed on a foreground terminal."""
+    """A link to standard output, with lines typed on a foreground terminal as input."""
 
     def __init__(self) -> None:
         self._file = _raw_stdout()
@@ -118,7 +118,7 @@ def has_keyboard(fd: int = 0) -> bool:
 
 
 class Keyboard:
-    """Input of terminal ``fd``, read in a daemon thread until end of file (Ctrl-D) or ``close``."""
+    """Input of terminal ``fd``, read in a daemon thread until Ctrl-D or ``close``."""
 
     def __init__(self, fd: int = 0) -> None:
         self._fd = fd

@@ -1,16 +1,17 @@
-"""The board's serial port as a raw TCP port of 127.0.0.1.
+"""The serial port as a raw TCP port of 127.0.0.1.
 
-The port has no password, because terminal programs cannot send one.
+It has no password, because terminal programs cannot send one.
 
-Decision: several readers may connect to the TCP port at a time, for example a projector and a recorder.
+Decision: several readers may connect to the TCP port at a time, for example a projector and a
+recorder.
 
 Decision: the TCP port keeps output for the first reader, like the pseudo-terminal.
 
-Decision: a TCP reader that closes the connection, or only its sending half, counts as gone, because the two cases
-cannot be distinguished without losing bytes.
+Decision: a TCP reader that closes the connection, or only its sending half, counts as gone, because
+the two cases cannot be distinguished without losing bytes.
 
-Decision: bytes queued for a TCP reader that has left are lost, and text without any reader is lost as on a
-real wire.
+Decision: bytes queued for a TCP reader that has left are lost, and text without any reader is lost
+as on a real wire.
 
 Decision: the sockets of the TCP port never block and are polled, so that no threads are needed.
 """
@@ -49,25 +50,25 @@ PORTS_TRIED = 16
 
 
 class Coding:
-    """The encoding of one reader's connection; this one does not change the bytes."""
+    """Encoding of one reader's connection, here without changes."""
 
     def encode(self, data: bytes) -> bytes:
         return data
 
     def decode(self, data: bytes) -> tuple[bytes, bytes]:
-        """Return the input for the board, and the answer to the reader. Raises ValueError for invalid data."""
+        """Return the board's input and the answer to the reader. Raises ValueError."""
         return data, b""
 
     def ready(self) -> bool:
         return True
 
     def takes_back(self) -> bool:
-        """Return whether the reader has just asked to discard its queued bytes."""
+        """Return whether the reader asked to discard its queued bytes."""
         return False
 
 
 class Reader:
-    """The connection of a reader, which never blocks. ``backlog`` contains the board's output for the reader."""
+    """A reader's non-blocking connection. ``backlog`` contains the board's output."""
 
     def __init__(self, connection: socket.socket, coding: Coding) -> None:
         connection.setblocking(False)
@@ -120,7 +121,7 @@ class Reader:
             budget -= count
 
     def close(self) -> None:
-        """Read pending input, which would cause a reset, and end the connection."""
+        """Read pending input, which would cause a reset, and disconnect."""
         with contextlib.suppress(OSError):
             self._socket.shutdown(socket.SHUT_WR)
             for _ in range(INBOX_LIMIT // CHUNK):
@@ -133,7 +134,7 @@ class Reader:
 
 
 class TcpLink:
-    """A link on ``port`` of 127.0.0.1; None for the default port, 0 for any free one. Raises LinkError."""
+    """A link on ``port`` of 127.0.0.1 (None: default, 0: any free). Raises LinkError."""
 
     kind = "tcp"
     first_port = FIRST_PORT

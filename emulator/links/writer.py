@@ -1,6 +1,6 @@
-"""A thread that writes to a file which may block, such as a pipe into a paused ``less``.
+"""A thread that writes to a possibly blocking file, such as a pipe into a paused ``less``.
 
-A non-blocking descriptor would affect all processes on the same terminal. Bytes after a failed write are
+A non-blocking descriptor would affect all processes on the terminal. Bytes after a failed write are
 lost.
 """
 
@@ -22,13 +22,13 @@ JOIN_S = 0.2
 
 
 def is_broken_pipe(error: BaseException) -> bool:
-    """Return whether the reader has closed the pipe, for which Windows reports EINVAL."""
+    """Return whether the reader has closed the pipe (EINVAL on Windows)."""
     broken = {errno.EPIPE, errno.EINVAL} if sys.platform == "win32" else {errno.EPIPE}
     return isinstance(error, OSError) and error.errno in broken
 
 
 class RawFile(Protocol):
-    """The part of ``io.RawIOBase`` and ``io.BytesIO`` that is used here."""
+    """The used part of ``io.RawIOBase`` and ``io.BytesIO``."""
 
     def write(self, data: bytes, /) -> int | None: ...
 
@@ -36,7 +36,7 @@ class RawFile(Protocol):
 
 
 class BackgroundWriter:
-    """Output to ``file`` in a daemon thread, which calls ``on_failure()`` once after a failed write."""
+    """Output to ``file`` in a daemon thread. It calls ``on_failure()`` after a failed write."""
 
     def __init__(self, file: RawFile, name: str, on_failure: Callable[[], None] = lambda: None) -> None:
         self._file = file
@@ -83,7 +83,7 @@ class BackgroundWriter:
                 self._changed.wait(wait_s)
 
     def close(self) -> bool:
-        """End the thread and return whether it has ended. A blocked thread ends with the process."""
+        """End the thread, and return whether it ended. A blocked thread ends with the process."""
         with self._changed:
             self._closed = True
             self._lost += len(self._backlog.take())

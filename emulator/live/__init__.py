@@ -1,1 +1,1 @@
-"""Live boards: a board runs in real time while users move it, send text to it and watch it."""
+"""Boards in real time, which users move, watch and send text to."""

@@ -1,4 +1,4 @@
-"""Address of a session's page: port and token. They are stored, so that an open page finds a restarted server."""
+"""Port and token of a session's page, stored for a restart of the server."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Address:
 
     @property
     def socket(self) -> str:
-        """URL of the WebSocket; clients must offer :attr:`protocols`."""
+        """URL of the WebSocket. Clients must offer :attr:`protocols`."""
         return f"ws://{self.host}:{self.port}/session"
 
     @property
@@ -46,7 +46,7 @@ class Address:
 
 
 def address_for(port: int, host: str = LOCAL) -> Address:
-    """Return the address on ``port``, with the stored token of an earlier server if there is one."""
+    """Return the address on ``port`` with the stored token, if any."""
     folder = _folder()
     token = ""
     if folder is not None:
@@ -62,7 +62,7 @@ def fresh(port: int, host: str = LOCAL) -> Address:
 
 
 def publish(address: Address) -> None:
-    """Store the address for the next server on this port, if the user has a private folder."""
+    """Store the address for a restart, if the user has a private folder."""
     folder = _folder()
     if folder is not None:
         with suppress(OutputError):

@@ -1,4 +1,4 @@
-"""Events for the clients of a live board, and their timing. Sending them does not change the board."""
+"""Events for the clients of a live board, without effect on the board."""
 
 from __future__ import annotations
 
@@ -33,7 +33,10 @@ _LONGEST_LINE = 4096  # bytes of an incomplete line
 
 
 class Broadcast:
-    """Events of one board, the ``run_number``-th of its session. ``clients``: the watched items of each client."""
+    """Events of the session's ``run_number``-th board.
+
+    ``clients``: the watched items of each client.
+    """
 
     def __init__(
         self,
@@ -89,7 +92,7 @@ class Broadcast:
         self._next_slow_s = 0.0
 
     def answer(self, number: int) -> None:
-        """Confirm the command of this number in the next frame, and send that frame soon."""
+        """Confirm command ``number`` in the next frame, and send that frame soon."""
         self._done = number
         self._next_frame_s = min(self._next_frame_s, self._last_frame_s + _ANSWER_S)
 
@@ -107,7 +110,7 @@ class Broadcast:
     # -- due events -----------------------------------------------------------------------------------------
 
     def show(self, wall_s: float, running: bool) -> None:
-        """Send the events that are due. Only a ``running`` board has a pace."""
+        """Send due events. Only a ``running`` board has a pace."""
         if not self._clients:
             self._keep_unseen(wall_s, running)
             return

@@ -1,4 +1,4 @@
-"""The page's files, compressed once for browsers that accept gzip."""
+"""The page's files, compressed once for browsers with gzip."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ _FILES = {
 
 @dataclass(frozen=True)
 class PageFile:
-    """Headers and body of the HTTP response for a file."""
+    """Headers and body of a file's HTTP response."""
 
     headers: tuple[tuple[str, str], ...]
     body: bytes
 
 
 class Bundle:
-    """All files of the page. Raises OSError if they cannot be read."""
+    """All page files. Raises OSError if they cannot be read."""
 
     def __init__(self) -> None:
         page = files("fcu_emulator.emulator.live").joinpath("page")

@@ -1,7 +1,7 @@
-"""Requests of other programs to the control server of a running board, and the answers.
+"""Answers to other programs that use a running board's control server.
 
-Decision: a board that plays a scenario in ``fcu run`` cannot be moved by hand, because a correct program could fail
-if the board is moved.
+Decision: a board that plays a scenario in ``fcu run`` cannot be moved by hand, because a correct
+program could fail if the board is moved.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _MOST_TEXT = 8192  # bytes of one answer
 
 
 class ControlRequests:
-    """Handler of the messages to ``board``; call it only between slices."""
+    """Handler of messages to ``board``. Call it only between slices."""
 
     def __init__(self, board: Board) -> None:
         self._board = board
@@ -42,7 +42,7 @@ class ControlRequests:
 def answer_message(
     board: Board, message: Mapping[str, Any], do: Callable[[Mapping[str, Any]], None]
 ) -> dict[str, Any]:
-    """Return the answer to a message; ``do`` performs a timeline entry. Raises InputError."""
+    """Answer a message. ``do`` performs a timeline entry. Raises InputError."""
     from fcu_emulator.emulator.live import (  # slow to import, so only on the first message
         messages,
         view,

@@ -1,4 +1,4 @@
-"""Firmware files of a session, which are watched on the disk or uploaded from the page."""
+"""Firmware files of a session, watched on disk or uploaded from the page."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from fcu_emulator.emulator.text import one_line
 
 
 class FileWatch:
-    """Watch on a file, which finds by polling when the file has changed and is complete."""
+    """Watch that polls a file for complete changes."""
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
@@ -22,7 +22,7 @@ class FileWatch:
         return self._loaded is not None or self._stamp() is not None
 
     def changed(self) -> bool:
-        """Return True once for each change, as soon as the file has not changed since the previous call."""
+        """Return True once per change, when two successive calls find the same file."""
         stamp = self._stamp()
         settled = stamp == self._seen
         self._seen = stamp
@@ -40,7 +40,7 @@ class FileWatch:
 
 
 class UploadedFile:
-    """A temporary copy of a firmware file that a page has sent. Raises OSError if it cannot be written."""
+    """A temporary copy of uploaded firmware. Raises OSError if it cannot be written."""
 
     def __init__(self, name: str, content: bytes) -> None:
         self.name = one_line(name)

@@ -1,4 +1,4 @@
-"""Gestures: timeline entries with default values, for ``fcu move`` and the buttons of a page."""
+"""Timeline entries with default values, for ``fcu move`` and a page's buttons."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Entries = Callable[[float, str | None, str | None], list[dict[str, Any]]]
 
 @dataclass(frozen=True)
 class Gesture:
-    """A gesture: ``entries`` maps (amount, time, axis) to timeline entries; None selects a default."""
+    """``entries`` maps (amount, time, axis) to timeline entries. None selects a default."""
 
     usual: float | None
     """Default amount; None if the gesture does not take an amount."""
@@ -96,7 +96,7 @@ _BUTTONS: tuple[tuple[str, float | None, str | None, str], ...] = (
 
 
 def buttons() -> list[dict[str, Any]]:
-    """Return the gestures that a page offers: ``word``, ``label``, ``doc`` and ``entries``."""
+    """Return ``word``, ``label``, ``doc`` and ``entries`` of the page's gestures."""
     return [_button(*one) for one in _BUTTONS]
 
 

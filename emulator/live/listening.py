@@ -1,7 +1,7 @@
-"""Network address on which the page is served: the loopback address, or one address that the user names.
+"""The page's network address: the loopback address, or one that the user names.
 
-Decision: the page is served on one address of this machine, so that a request's Host header can be checked
-against DNS rebinding.
+Decision: the page is served on one address of this machine, so that a request's Host header can be
+checked against DNS rebinding.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ LOCAL = "127.0.0.1"
 
 
 def checked(listen: str) -> str:
-    """Return an address in its normal form. Raises InputError if the text is not one address."""
+    """Return an address in normal form. Raises InputError unless it is one address."""
     try:
         address = ipaddress.ip_address(listen)
     except ValueError as error:
@@ -35,18 +35,18 @@ def checked(listen: str) -> str:
 
 
 def host(listen: str) -> str:
-    """Return an address in the form of a URL, with IPv6 in brackets."""
+    """Return an address for a URL, with IPv6 in brackets."""
     return f"[{listen}]" if ":" in listen else listen
 
 
 def hosts(listen: str, port: int) -> tuple[str, ...]:
-    """Return the valid values of a request's Host header."""
+    """Return the valid Host headers of a request."""
     names = (LOCAL, "localhost") if listen == LOCAL else (host(listen),)
     return tuple(f"{name}:{port}" for name in names)
 
 
 def warning(listen: str) -> str:
-    """Return a warning if other machines can reach the page, or an empty string."""
+    """Return a warning if other machines can reach the page, otherwise ""."""
     if ipaddress.ip_address(listen).is_loopback:
         return ""
     return (

@@ -1,8 +1,8 @@
-"""Messages between a page and a session: commands and events as data, independent of the transport.
+"""Commands and events between a page and a session.
 
-Each message is a JSON object. Its ``type`` is the name of the class in snake case without Command or Event, and
-its other members are the fields of the class. Times are virtual seconds, terminal bytes are Latin-1, angles are
-degrees.
+Each message is a JSON object. Its ``type`` is the class name in snake case, without Command or
+Event. Its other members are the fields. Times are virtual seconds, and angles are degrees. Terminal
+bytes are Latin-1.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _LONGEST_NAME = 200
 
 
 class MessageError(InputError):
-    """A message from a page is invalid."""
+    """A page's message is invalid."""
 
 
 # -- To the session -----------------------------------------------------------------------------------------
@@ -39,12 +39,12 @@ class MessageError(InputError):
 
 @dataclass(frozen=True)
 class PageCommand:
-    """Base class of a page's commands. Raises MessageError for invalid values."""
+    """Base class of page commands. Raises MessageError for invalid values."""
 
 
 @dataclass(frozen=True)
 class Do(PageCommand):
-    """Perform a timeline entry without ``at``. ``State.done`` confirms it by its ``id``."""
+    """Perform a timeline entry without ``at``. ``State.done`` confirms its ``id``."""
 
     entry: dict[str, Any]
     id: int = 0
@@ -57,19 +57,19 @@ class Run(PageCommand):
 
 @dataclass(frozen=True)
 class Pause(PageCommand):
-    """Pause the run."""
+    """Pause the running board."""
 
 
 @dataclass(frozen=True)
 class StepCommand(PageCommand):
-    """Run to the next tick of the callback's timer, to the next line of text, or for a second, and pause."""
+    """Run to the next timer tick or line of text, or for one second, then pause."""
 
     of: Literal["tick", "line", "second"]
 
 
 @dataclass(frozen=True)
 class Speed(PageCommand):
-    """Set the ratio of virtual to wall time, 0.01 to 10; null means as fast as possible."""
+    """Set the ratio of virtual to wall time, 0.01 to 10. Null sets no limit."""
 
     factor: float | None
 
@@ -80,7 +80,7 @@ class Speed(PageCommand):
 
 @dataclass(frozen=True)
 class Reset(PageCommand):
-    """Restart from power-on. Without a scenario the board keeps its position."""
+    """Restart from power-on. Without a scenario, keep the board's position."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ class FirmwareCommand(PageCommand):
 
 @dataclass(frozen=True)
 class Upload(PageCommand):
-    """Restart with a firmware file: its name, whose suffix is the type, and its bytes in base64."""
+    """Restart with firmware ``data`` in base64. The suffix of ``name`` is the file type."""
 
     name: str
     data: str
@@ -102,7 +102,7 @@ class Upload(PageCommand):
             raise MessageError(f"{self.name[:40]!r} must be an ELF, HEX or BIN file")
 
     def content(self) -> bytes:
-        """Return the file's bytes. Raises MessageError for invalid base64, or a file that is too large."""
+        """Return the file. Raises MessageError for invalid base64 or an oversized file."""
         try:
             content = b64decode(self.data, validate=True)
         except (binascii.Error, ValueError) as error:
@@ -114,14 +114,14 @@ class Upload(PageCommand):
 
 @dataclass(frozen=True)
 class Play(PageCommand):
-    """Restart with a shipped scenario, or without one if null."""
+    """Restart with a shipped scenario, or without one."""
 
     scenario: str | None
 
 
 @dataclass(frozen=True)
 class Watch(PageCommand):
-    """Watch global variables (``pitch``, ``acc.AXIS_X``), registers of a sensor or peripheral, the bus, and pins."""
+    """Watch variables (``acc.AXIS_X``), registers of a sensor or peripheral, bus, and pins."""
 
     variables: list[str] = field(default_factory=list)
     registers: str | None = None
@@ -140,7 +140,7 @@ class RecordCommand(PageCommand):
 
 @dataclass(frozen=True)
 class CheckCommand(PageCommand):
-    """Judge the firmware by an exercise in parallel; :class:`Checked` is the answer."""
+    """Judge the firmware in parallel. :class:`Checked` is the answer."""
 
     exercise: str
 
@@ -150,12 +150,12 @@ class CheckCommand(PageCommand):
 
 @dataclass(frozen=True)
 class SessionEvent:
-    """Base class of a session's events."""
+    """Base class of session events."""
 
 
 @dataclass(frozen=True)
 class Hello(SessionEvent):
-    """The first message, with constant data; see :func:`fcu_emulator.emulator.live.transfers.outputs`."""
+    """Constant data, sent first. See :func:`fcu_emulator.emulator.live.transfers.outputs`."""
 
     board: str
     version: str
@@ -174,9 +174,10 @@ class Hello(SessionEvent):
 
 @dataclass(frozen=True)
 class StatusEvent(SessionEvent):
-    """Description of the board, sent at the beginning and after each change.
+    """Description of the board, sent initially and after each change.
 
-    ``run`` counts power-ons. ``state``: ``running``, ``paused``, ``failed`` or ``halted`` by a debugger.
+    ``run`` counts power-ons. ``state``: ``running``, ``paused``, ``failed`` or ``halted`` by a
+    debugger.
     """
 
     run: int
@@ -199,9 +200,10 @@ class StatusEvent(SessionEvent):
 
 @dataclass(frozen=True)
 class State(SessionEvent):
-    """Current state of the board, 50 times a second; only the latest is needed.
+    """Current state of the board, 50 times a second.
 
-    ``samples``: the firmware's latest readings, by the outputs' ids. ``done``: id of the latest :class:`Do`.
+    ``samples``: the firmware's latest readings by output id. ``done``: id of the latest
+    :class:`Do`.
     """
 
     run: int
@@ -217,7 +219,7 @@ class State(SessionEvent):
 
 @dataclass(frozen=True)
 class Text(SessionEvent):
-    """Bytes of terminal output, starting at ``position``."""
+    """Terminal output, starting at byte ``position``."""
 
     run: int
     position: int
@@ -226,7 +228,7 @@ class Text(SessionEvent):
 
 @dataclass(frozen=True)
 class PrintedEvent(SessionEvent):
-    """Numbers of a printed line, with the truth at the same time."""
+    """Numbers of a printed line, with their true values."""
 
     t_s: float
     values: dict[str, float]
@@ -235,7 +237,7 @@ class PrintedEvent(SessionEvent):
 
 @dataclass(frozen=True)
 class PastEvent(SessionEvent):
-    """States and numbers of the run so far, which a new client plots."""
+    """Earlier states and printed numbers, for a new client."""
 
     run: int
     states: list[dict[str, Any]]
@@ -244,7 +246,7 @@ class PastEvent(SessionEvent):
 
 @dataclass(frozen=True)
 class Unknown(SessionEvent):
-    """Names in a :class:`Watch` that are unknown or have no numbers."""
+    """Unknown or non-numeric names in a :class:`Watch`."""
 
     variables: list[str]
 
@@ -253,9 +255,9 @@ class Unknown(SessionEvent):
 class Checked(SessionEvent):
     """Result of judging an exercise.
 
-    ``state``: ``checking``, ``done``, ``begun``, ``not yet``, ``unjudged`` or ``error``. ``checks`` have
-    title, outcome, expected, seen, hint; ``causes`` have summary, details, fatal. ``outdated``: another firmware
-    has been loaded since then.
+    ``state``: ``checking``, ``done``, ``begun``, ``not yet``, ``unjudged`` or ``error``. ``checks``
+    have title, outcome, expected, seen, hint. ``causes`` have summary, details, fatal.
+    ``outdated``: another firmware has been loaded since.
     """
 
     exercise: str
@@ -270,14 +272,14 @@ class Checked(SessionEvent):
 
 @dataclass(frozen=True)
 class Declared(SessionEvent):
-    """Declaration of registers, as ``registers.declaration`` returns it."""
+    """Registers, as ``registers.declaration`` returns them."""
 
     part: dict[str, Any]
 
 
 @dataclass(frozen=True)
 class RegistersEvent(SessionEvent):
-    """Hexadecimal values of registers by name; ``note``: remark for the user."""
+    """Hexadecimal register values by name. ``note`` is for the user."""
 
     part: str
     values: dict[str, str]
@@ -286,7 +288,7 @@ class RegistersEvent(SessionEvent):
 
 @dataclass(frozen=True)
 class Pins(SessionEvent):
-    """Levels of the pins, as :func:`fcu_emulator.emulator.live.pins.pins` returns them."""
+    """Pin levels, as :func:`fcu_emulator.emulator.live.pins.pins` returns them."""
 
     pins: list[dict[str, Any]]
 
@@ -300,7 +302,7 @@ class BusEvent(SessionEvent):
 
 @dataclass(frozen=True)
 class Verdicts(SessionEvent):
-    """The current state of a scenario's expectations."""
+    """Current state of the scenario's expectations."""
 
     verdicts: list[dict[str, str]]
     over: bool
@@ -308,7 +310,7 @@ class Verdicts(SessionEvent):
 
 @dataclass(frozen=True)
 class Findings(SessionEvent):
-    """Problems found in the firmware, the most severe first."""
+    """Problems of the firmware, the most severe first."""
 
     findings: list[dict[str, Any]]
 
@@ -322,7 +324,7 @@ class Recorded(SessionEvent):
 
 @dataclass(frozen=True)
 class Notice(SessionEvent):
-    """A line for the user, without control characters; ``kind`` is ``error`` or ``info``."""
+    """Text for the user, with escaped control characters. ``kind``: ``error`` or ``info``."""
 
     kind: str
     text: str
@@ -384,7 +386,7 @@ def _pieces(text: str) -> int:
 
 @cache
 def commands() -> dict[str, type[PageCommand]]:
-    """Return all commands by the name of their type."""
+    """Return all commands by message type."""
     return {_snake(kind): kind for kind in PageCommand.__subclasses__()}
 
 
@@ -393,7 +395,7 @@ def _own(kind: type[PageCommand]) -> list[str]:
 
 
 def _snake(kind: type[object]) -> str:
-    """Return the type of a message: "step" for StepCommand, "bus" for BusEvent."""
+    """Return the message type, such as "step" for StepCommand."""
     name = re.sub(r"(Command|Event|Message)$", "", kind.__name__)
     return re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower()
 

@@ -1,4 +1,4 @@
-"""Bounded queue of messages for one page. A slow or sleeping page receives the latest messages."""
+"""Bounded message queue of one page. A slow page receives the latest messages."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ MOST_KEPT = 2000  # maximum number of messages in the queue
 
 
 class Outbox:
-    """Messages for one page. Only the server's thread may use it."""
+    """Messages for one page, only for the server's thread."""
 
     def __init__(self) -> None:
         self.filled = asyncio.Event()
@@ -18,7 +18,7 @@ class Outbox:
         self._text = 0
 
     def put(self, key: str, message: str) -> None:
-        """Add a message. Except for "" and "text", it replaces a waiting message with the same ``key``."""
+        """Add a message. It replaces one with the same ``key``, except for "" and "text"."""
         if key and key != "text":
             self._waiting.pop(key, None)
         else:

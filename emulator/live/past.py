@@ -1,4 +1,4 @@
-"""States and printed numbers of a run for a page that connects later: ten per second, for at most five minutes."""
+"""States (ten per second, at most five minutes) and printed numbers for later clients."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _NOT_PLOTTED = frozenset({"rotation", "magnet_m"})
 
 
 class Past:
-    """The stored states and printed numbers of one run."""
+    """Stored states and printed numbers of one run."""
 
     def __init__(self, run_number: int) -> None:
         self._run_number = run_number

@@ -1,4 +1,4 @@
-"""Levels of the board's pins, which are only polled; ``fcu run --vcd`` records all edges."""
+"""Polled levels of the board's pins. ``fcu run --vcd`` records all edges."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from fcu_emulator.emulator.boards.description import Pin
 
 
 def pins(board: Board) -> list[dict[str, Any]]:
-    """Return ``name``, ``use``, ``mode`` and ``level`` of each pin; level: 0, 1, or null if it floats.
+    """Return ``name``, ``use``, ``mode`` and ``level`` (0, 1, or null if floating) of each pin.
 
     ``mode``: ``output``, ``input``, ``AF4`` (an alternate function), or ``sensor``.
     """

@@ -1,4 +1,4 @@
-"""A live session as a scenario: all actions since power-on, with their times in picoseconds."""
+"""A live session as a scenario: all actions since power-on, timed in picoseconds."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ _TABLES = ("firmware_settings", "bus", "world", "sensors")
 
 
 class SessionRecording:
-    """Recording of the actions on a board.
+    """Recording of a board's actions.
 
-    ``source``: origin of the recording, for a comment. ``cold``: whether the sensors' supply was switched on at 0 s.
+    ``source``: origin, for a comment. ``cold``: the sensors' supply was switched on at 0 s.
     """
 
     def __init__(
@@ -44,7 +44,7 @@ class SessionRecording:
         return True
 
     def text(self) -> str:
-        """Return the scenario. Raises InputError if the session plays a scenario that reads other files."""
+        """Return the scenario. Raises InputError if the session's scenario plays recordings."""
         board, plan = self._board, self._board.scenario
         entries = [(step.at_ps, step.entry) for step in plan.steps] if plan else []
         if names_files(entry for _, entry in entries):

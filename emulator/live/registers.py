@@ -1,4 +1,4 @@
-"""Registers of the sensors and of the chip's peripherals: declarations and current values, without side effects."""
+"""Declarations and values of sensor and peripheral registers, read without side effects."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def peripheral_names(board: Board) -> list[str]:
-    """Return the chip's peripherals that can be viewed."""
+    """Return the names of the chip's viewable peripherals."""
     if board.chip is None:
         return []
     from fcu_emulator.emulator.chip.registers import DECLARED
@@ -24,15 +24,15 @@ def peripheral_names(board: Board) -> list[str]:
 
 
 def known(board: Board, name: str) -> bool:
-    """Return whether a sensor or a peripheral has this name."""
+    """Return whether a sensor or peripheral has this name."""
     return _part(board, name) is not None or name in peripheral_names(board)
 
 
 def declaration(board: Board, name: str) -> dict[str, Any]:
     """Return registers and fields of a known sensor or peripheral.
 
-    Keys: ``name``, ``doc``, ``place``, and for each register ``name``, ``address``, ``size``, ``reset``,
-    ``access``, ``doc``, ``modelled`` and ``fields``.
+    Keys: ``name``, ``doc``, ``place``, and ``registers`` with ``name``, ``address``, ``size``,
+    ``reset``, ``access``, ``doc``, ``modelled`` and ``fields``.
     """
     part = _part(board, name)
     if part is not None:
@@ -54,7 +54,7 @@ def declaration(board: Board, name: str) -> dict[str, Any]:
 
 
 def values(board: Board, name: str) -> dict[str, str]:
-    """Return the register values of a known sensor or peripheral by name, in hexadecimal."""
+    """Return a known sensor's or peripheral's register values in hexadecimal, by name."""
     part = _part(board, name)
     if part is not None:
         memory = part.registers.mem
@@ -71,7 +71,7 @@ def values(board: Board, name: str) -> dict[str, str]:
 
 
 def note(board: Board, name: str) -> str:
-    """Return a remark about the current state of a peripheral, or an empty string."""
+    """Return a remark on a peripheral's state, or ""."""
     peripheral = _peripheral(board, name) if _part(board, name) is None else None
     if peripheral is None or peripheral.clocked:
         return ""

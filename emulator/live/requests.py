@@ -1,7 +1,7 @@
-"""Answers to HTTP requests: the page's files for every browser, and a socket for clients with the token.
+"""HTTP answers: page files for every browser, a socket for clients with the token.
 
-Decision: the token is a subprotocol and never a cookie. Browsers send the cookies of a host to all its ports, and
-thus to the server of another user.
+Decision: the token is a subprotocol and never a cookie. Browsers send cookies to all ports of a
+host, and thus to another user's server.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _TEXT = "text/plain; charset=utf-8"
 
 
 class Headers(Protocol):
-    """Interface to the headers of a request."""
+    """Interface to a request's headers."""
 
     def get_all(self, key: str) -> list[str]: ...
 
@@ -36,7 +36,7 @@ class Answer:
 
 
 class Requests:
-    """Handler of requests to the server at ``address``. Raises OSError if the page's files cannot be read."""
+    """Handler of requests to ``address``. Raises OSError if page files cannot be read."""
 
     def __init__(self, address: Address, hosts: Sequence[str]) -> None:
         self._offer = f"{TOKEN_PREFIX}{address.token}".encode()
@@ -45,7 +45,7 @@ class Requests:
         self._bundle = Bundle()  # read once, so that a request does not need a file descriptor
 
     def answer(self, method: str, target: str, headers: Headers, has_room: bool) -> Answer | None:
-        """Return the answer to a request, or None to open a socket if the server ``has_room``."""
+        """Return the response, or None to open a socket if the server ``has_room``."""
         hosts = headers.get_all("Host")
         if len(hosts) != 1 or hosts[0].lower() not in self._hosts:
             return self._refuse(HTTPStatus.FORBIDDEN, f"the host must be {self._hosts[0]}")

@@ -1,7 +1,7 @@
-"""Server of the page and its WebSocket, on 127.0.0.1 or on the user's address.
+"""Server of the page and its WebSocket, on 127.0.0.1 or the user's address.
 
-It runs in a separate thread. A slow page receives fewer messages and never slows the board; a page that sends too
-fast must wait.
+It runs in its own thread. A slow page receives fewer messages and never slows the board. A page
+that sends too fast must wait.
 """
 
 from __future__ import annotations
@@ -45,10 +45,10 @@ _LATEST = {
 
 
 class Controls(Protocol):
-    """Interface of the receiver of commands, :class:`fcu_emulator.emulator.live.session.LiveSession`."""
+    """Receiver of commands, :class:`fcu_emulator.emulator.live.session.LiveSession`."""
 
     def post(self, client: object, command: PageCommand) -> bool:
-        """Queue a command; return False if the queue is full."""
+        """Queue a command. Return False if the queue is full."""
         ...
 
     def attach(self, client: object) -> None: ...
@@ -57,17 +57,17 @@ class Controls(Protocol):
 
 
 def websockets_missing() -> InputError:
-    """Return the error for the missing library websockets."""
+    """Return the error for a missing websockets library."""
     return InputError(
         "fcu web needs the package websockets; install it with: pip install websockets", kind="not_installed"
     )
 
 
 class PageServer:
-    """Server of the page and its sockets until :meth:`close`. Set ``controls`` before the first page connects.
+    """Server of the page and its sockets. Set ``controls`` before the first page connects.
 
-    ``port`` 0: any free port. ``say(line)`` receives lines about failures. Raises InputError if the library is
-    missing or ``listen`` is not an address, LinkError if the address or port is not available.
+    ``port`` 0: any free port. ``say(line)`` receives failures. Raises InputError for a missing
+    library or an invalid ``listen``, LinkError for an unavailable address or port.
     """
 
     def __init__(
@@ -107,7 +107,7 @@ class PageServer:
         return self.address.page
 
     def publish(self, event: SessionEvent, client: object | None = None) -> None:
-        """Send an event to one page or to all pages. The call is thread-safe and does not wait."""
+        """Send an event to one or all pages. This thread-safe call does not wait."""
         if not self._outboxes:
             return
         key = _LATEST.get(type(event), "")
@@ -265,7 +265,7 @@ def _response(answer: Answer) -> Response:
 
 
 def _counted(callers: dict[ServerConnection, None]) -> type[ServerConnection]:
-    """Return a connection class. Its connections are in ``callers`` until they have a socket, or end."""
+    """Return a connection class. Instances without a socket are in ``callers``."""
     from websockets.asyncio.server import ServerConnection
 
     class Connection(ServerConnection):
@@ -285,7 +285,7 @@ def _counted(callers: dict[ServerConnection, None]) -> type[ServerConnection]:
 
 
 class _OneLine(logging.Handler):
-    """Formatter that writes a log record in one line, without a traceback."""
+    """Handler that reports log records on one line, without traceback."""
 
     def __init__(self, say: Callable[[str], None]) -> None:
         super().__init__(logging.WARNING)

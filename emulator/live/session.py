@@ -1,9 +1,10 @@
-"""Session of a board that runs in real time, and execution of all commands on it.
+"""Session of a board in real time.
 
 One thread runs the session and owns the board. It calls ``publish``, which must not block.
 
-Decision: a command that changes the board becomes an event of the virtual clock, one picosecond after the stop of
-the board. It is recorded with the time of this event, so that a replay does not depend on the slices of the run.
+Decision: a command that changes the board becomes an event of the virtual clock, one picosecond
+after the stop of the board. The event's time is recorded, so that a replay does not depend on the
+run's slices.
 """
 
 from __future__ import annotations
@@ -55,10 +56,10 @@ _MOST_UPLOADS = 2  # each with up to 11 MiB
 
 
 class LiveSession:
-    """A session: one board after another, each with a pace and commands.
+    """One board after another, each with a pace and commands.
 
-    Raises FcuError if the first board cannot be created.
-    ``record``: file for the session as a scenario, written at the end and at each power-on.
+    Raises FcuError if the first board cannot be created. ``record``: scenario file of the session,
+    written at the end and at each power-on.
     """
 
     setup: Setup
@@ -127,14 +128,14 @@ class LiveSession:
         self._wake.set()
 
     def stop(self) -> None:
-        """End the run soon. This call is safe in a signal handler."""
+        """End the run soon. Signal handlers may call this."""
         self.stopped = True
         self._wake.set()
 
     # -- the loop ---------------------------------------------------------------------------------------
 
     def run(self) -> None:
-        """Run until :meth:`stop`. Raises OutputError; all other failures are reported to the pages."""
+        """Run until :meth:`stop`. Raises OutputError, and reports other failures to the pages."""
         with ExitStack() as stack:
             for close in (
                 self._remove_upload,
@@ -156,7 +157,7 @@ class LiveSession:
                 self._wait()
 
     def _guard(self, action: Callable[[], object], client: object | None = None) -> None:
-        """Run one action, and report an error to ``client``, or to all clients if it is None."""
+        """Run an action, and report errors to ``client``, or to all if None."""
         try:
             action()
         except FirmwareError as error:
@@ -210,7 +211,7 @@ class LiveSession:
         self._wake.clear()
 
     def _pause_s(self) -> float:
-        """Return the wall time until the next slice or frame is due."""
+        """Return the wall time until the next slice or frame."""
         running = self.state == "running"
         if running and self.speed is None:
             return 0.0
@@ -224,7 +225,7 @@ class LiveSession:
         return self._origin_wall_s + (virtual_s - self._origin_s) / self.speed
 
     def _advance(self) -> None:
-        """Run the board up to the time of the wall clock. A slow machine does not try to catch up."""
+        """Run the board up to the wall clock. A slow machine does not catch up."""
         if self.state != "running":
             if self._debugger is not None:
                 self._guard(partial(self._run_debugged, self._debugger, self.board.clock.now_ps))
@@ -274,7 +275,7 @@ class LiveSession:
     # -- power-on ---------------------------------------------------------------------------------------
 
     def _begin(self, setup: Setup, hold: bool = False) -> None:
-        """Power on a new board. ``hold`` keeps the position of the previous one. Raises FcuError."""
+        """Power on a new board. ``hold`` keeps the previous position. Raises FcuError."""
         if self._debugger is not None and setup.gdb is not None:
             setup = replace(setup, gdb=self._debugger.port, halt=False)
         board = setup.power_on()
@@ -314,7 +315,7 @@ class LiveSession:
         self._halted = self._debugger is not None and self._debugger.halted
 
     def _again(self, setup: Setup, why: str, hold: bool = True, loaded: bool = False) -> None:
-        """Power on with another firmware or scenario. If this fails, report it and keep the present board."""
+        """Power on with another firmware or scenario. On failure, report it and keep the board."""
         try:
             self._begin(setup, hold)
         except Exception as error:
@@ -496,7 +497,7 @@ class LiveSession:
         return ways
 
     def verdict(self) -> list[str]:
-        """Return the current state of the scenario's expectations. Raises InputError."""
+        """Return the state of the scenario's expectations. Raises InputError."""
         plan = self.board.scenario
         return plan.standing(self.board) if plan else []
 

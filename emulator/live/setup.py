@@ -1,4 +1,4 @@
-"""Setup of a session: firmware, scenario, power-on, and the position of the previous board."""
+"""Setup of a session: firmware, scenario, power-on, and previous position."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Setup:
-    """The class of the board, and its arguments."""
+    """The board's class and its arguments."""
 
     firmware: str | Path | FirmwareFactory | None = None
     scenario: str | None = None
@@ -32,7 +32,7 @@ class Setup:
     """Whether the firmware waits for the debugger at the first power-on."""
 
     def power_on(self) -> Board:
-        """Return a new board without limits of time and output. Raises FcuError."""
+        """Return a new board without time and output limits. Raises FcuError."""
         plan = None
         if self.scenario is not None:
             plan = load_scenario(self.scenario, self.kind.description)
@@ -44,7 +44,7 @@ class Setup:
         return board
 
     def debugger(self, board: Board) -> GdbServer | None:
-        """Return a gdb server for a board, if debugging is on. Raises FcuError."""
+        """Return a gdb server if debugging is on. Raises FcuError."""
         if self.gdb is None:
             return None
         from fcu_emulator.emulator.chip.gdb.attach import serve
@@ -62,7 +62,7 @@ class Setup:
 
 
 def pose_entries(board: Board) -> list[dict[str, Any]]:
-    """Return the entries that move another board to the position of this one."""
+    """Return entries that move another board to this board's position."""
     now = view.instant(board)
     world = board.world
     roll, pitch, yaw = (round(float(one), 2) + 0.0 for one in world.attitude_deg(now)[0])

@@ -1,4 +1,4 @@
-"""Bus traffic in readable form: transfers, and the samples in them as the firmware has read them."""
+"""Bus transfers and their samples in readable form."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _SHOWN_UNITS = {
 
 
 class Sample(NamedTuple):
-    """A measured quantity of a sensor, with the values of all axes in ``unit``."""
+    """A measured quantity of a sensor. Its values for all axes are in ``unit``."""
 
     id: str
     values: list[float]
@@ -33,7 +33,7 @@ class Sample(NamedTuple):
 
 
 def outputs(board: Board) -> list[dict[str, Any]]:
-    """Return all measured quantities of the sensors, for the page's labels."""
+    """Return the sensors' measured quantities, for the page's labels."""
     return [
         {
             "id": _id(part, quantity),
@@ -60,7 +60,7 @@ def _shown(quantity: Quantity) -> tuple[str, float]:
 
 
 class Transfers:
-    """The latest transfers of a board. Transfers of Python firmware are kept until :meth:`close`."""
+    """The latest transfers. Python firmware's are kept until :meth:`close`."""
 
     def __init__(self, board: Board) -> None:
         self._board = board
@@ -79,7 +79,7 @@ class Transfers:
 
 
 def transfers(board: Board, latest: Sequence[BusTransfer]) -> list[dict[str, Any]]:
-    """Return the latest transfers on all buses in readable form."""
+    """Return the latest transfers of all buses in readable form."""
     return [_transfer(board, one) for one in latest]
 
 
@@ -106,7 +106,7 @@ def _transfer(board: Board, transfer: BusTransfer) -> dict[str, Any]:
 
 
 def samples(board: Board, latest: Sequence[BusTransfer]) -> dict[str, list[float]]:
-    """Return the latest values that the firmware has read, by the ids of :func:`outputs`, in the sensor's axes."""
+    """Return the latest values read, in sensor axes, by the ids of :func:`outputs`."""
     found: dict[str, list[float]] = {}
     seen = set()
     for transfer in reversed(latest):
@@ -119,7 +119,7 @@ def samples(board: Board, latest: Sequence[BusTransfer]) -> dict[str, list[float
 
 
 def decoded(board: Board, transfer: BusTransfer) -> Iterator[Sample]:
-    """Yield the samples that a read of output registers contains."""
+    """Yield the samples in a read of output registers."""
     part = next((part for part in board.sensors if transfer.device == part.NAME), None)
     first = _addresses(part.MAP).get(transfer.register) if part is not None else None
     if part is None or first is None or not transfer.read:

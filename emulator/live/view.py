@@ -1,4 +1,4 @@
-"""Visible state of a running board: world, variables, and load. Reading it has no side effects."""
+"""World, variables, and load of a running board, read without side effects."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _LOOKS_OF_LOAD = 400  # number of samples in two seconds of virtual time
 
 
 def hello(board: Board, ways: list[str], exercises: list[dict[str, Any]]) -> messages.Hello:
-    """Return the constant data of a session. ``ways``: commands that open its serial line."""
+    """Return the session's constant data. ``ways``: commands that open its serial line."""
     from importlib.metadata import version
 
     return messages.Hello(
@@ -47,8 +47,8 @@ def hello(board: Board, ways: list[str], exercises: list[dict[str, Any]]) -> mes
 def truth(board: Board) -> dict[str, Any]:
     """Return the current state of the world, in board axes.
 
-    ``rotation``: matrix from board to world, nine numbers by rows. ``magnet_m``: position of the magnet north,
-    west and up of the board, or null.
+    ``rotation``: matrix from board to world, nine numbers by rows. ``magnet_m``: magnet position
+    north, west and up of the board, or null.
     """
     world, now = board.world, instant(board)
     rotation = world.rotation(now)
@@ -70,7 +70,7 @@ def truth(board: Board) -> dict[str, Any]:
 
 
 def instant(board: Board) -> Array:
-    """Return the current time as an array (1,)."""
+    """Return the current time in s, shape (1,)."""
     return np.array([board.now_s])
 
 
@@ -106,17 +106,17 @@ def _has(board: Board, name: str) -> bool:
 
 
 def variable(board: Board, path: str) -> dict[str, float]:
-    """Return the finite numbers of a variable: ``pitch``, ``acc.AXIS_X`` of a structure, ``a[0]`` of an array."""
+    """Return the finite numbers at a path such as ``pitch``, ``acc.AXIS_X`` or ``a[0]``."""
     return {name: value for name, value in _numbers(board, path).items() if np.isfinite(value)}
 
 
 def can_be_watched(board: Board, path: str) -> bool:
-    """Return whether a path names a global variable that has numbers."""
+    """Return whether a path names a numeric global variable."""
     return bool(_numbers(board, path))
 
 
 def why_not_watched(board: Board, path: str) -> str:
-    """Return the message for a variable that cannot be watched, with similar names."""
+    """Return why a variable cannot be watched, with similar names."""
     names = variable_names(board)
     name = re.split(r"[.\[]", path, maxsplit=1)[0]
     if name in names:
@@ -159,7 +159,7 @@ def _leaves(name: str, value: Any, depth: int = 3) -> Iterator[tuple[str, float]
 
 
 class Load:
-    """Load of callback and serial line in the latest two seconds of virtual time, and the speeds of line and bus."""
+    """Load of callback and serial line over two virtual seconds, and bus and line speeds."""
 
     def __init__(self, board: Board, recorder: TruthRecorder) -> None:
         self._board = board
@@ -170,7 +170,7 @@ class Load:
         self._line = 0.0
 
     def figures(self) -> dict[str, float]:
-        """Return the timer's counts, the callback's duration in ms, and the share of time that the line is busy."""
+        """Return timer counts, callback duration in ms, and the line's busy share."""
         board, timer = self._board, self._board.timer
         looks, seen = self._recorder.looks_at_callback, self._recorder.callback_seen
         if looks - self._before[0] >= _LOOKS_OF_LOAD:

@@ -1,4 +1,4 @@
-"""Support for tests of firmware with pytest and Hypothesis: strategies, the lab's properties, fixtures.
+"""Support for firmware tests with pytest and Hypothesis.
 
-The fixtures need pytest: ``pip install pytest``.
+The fixtures need ``pip install pytest``.
 """

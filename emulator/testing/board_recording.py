@@ -1,7 +1,7 @@
-"""A recording of a test's actions on its board, as a scenario for ``fcu run``.
+"""Recording of a test's actions on its board, as a scenario for ``fcu run``.
 
-Decision: the actions of a test are recorded by subclasses of the board's objects. Hooks in world, terminal and
-buses were rejected, because every board would run them, although only failing tests need them.
+Decision: the actions of a test are recorded by subclasses of the board's objects. Hooks in world,
+terminal and buses would run on every board, although only failing tests need them.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ _AT_POWER_ON: Mapping[str, Callable[[Mapping[str, Any]], dict[str, object]]] = {
 
 
 class BoardRecording:
-    """Recorder of the actions on ``board`` from power-on. ``cold``: the sensors are also switched on then."""
+    """Recorder of actions on ``board`` from power-on. ``cold``: the sensors start then, too."""
 
     def __init__(self, board: Board, cold: bool = False) -> None:
         self._board = board
@@ -85,12 +85,12 @@ class BoardRecording:
 
     @property
     def missing(self) -> list[str]:
-        """The actions that are not in the scenario."""
+        """Actions that the scenario lacks."""
         return [f"{name}{f', {count} times' * (count > 1)}" for name, count in self._missing.items()]
 
     @property
     def needed(self) -> bool:
-        """Whether ``fcu run`` needs a scenario, because of a recorded action or a cold start."""
+        """Whether ``fcu run`` needs a scenario: for a recorded action or cold start."""
         return self._done or self._cold
 
     def text(self) -> str:
@@ -194,7 +194,7 @@ class BoardRecording:
         return called
 
     def _time_ps(self, name: str) -> int | None:
-        """Return the time of a call by the test, after all events that are due; None for a call by other code."""
+        """Return the time of a test's call, after all due events. Return None for other calls."""
         now_ps = self._board.clock.now_ps
         if self._inside:
             return None
@@ -205,7 +205,7 @@ class BoardRecording:
 
 
 def by_hand(board: Board, recording: BoardRecording | None, save: Callable[[str], str]) -> Iterator[str]:
-    """Yield the command that runs this board, and the differences of this run from the test.
+    """Yield the command for this board, and the differences from the test.
 
     ``save(text)`` writes a scenario and returns its path.
     """

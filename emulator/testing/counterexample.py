@@ -1,8 +1,9 @@
-"""Check of one law of the lab's arithmetic on a compiled firmware, by a grader and without pytest.
+"""Check of one law of the lab's arithmetic on compiled firmware, without pytest.
 
-All students get the same examples, both in a clone and with an installed wheel.
+A clone and an installed wheel give the same examples.
 
-Decision: only the first counter-example is reported, because Hypothesis raises several as an exception group.
+Decision: only the first counter-example is reported, because Hypothesis raises several as an
+exception group.
 """
 
 from __future__ import annotations
@@ -23,9 +24,9 @@ from fcu_emulator.emulator.testing.lab3 import Compiled, lab3_properties
 
 
 def counterexample(firmware: str, law: str, examples: int) -> str | None:
-    """Return the violation of the property ``test_<law>`` in one line; None if it holds.
+    """Return the violation of property ``test_<law>`` in one line, or None.
 
-    Raises NotJudgedError if the firmware does not have the function, and CallError if the call fails.
+    Raises NotJudgedError for a missing function, and CallError for a failed call.
     """
     error = _failure(_laws(firmware, examples), law)
     return None if error is None else _in_a_line(error)
@@ -34,7 +35,7 @@ def counterexample(firmware: str, law: str, examples: int) -> str | None:
 def counterexample_scenario(firmware: str, law: str, examples: int) -> str:
     """Return the counter-example as a scenario that fails on ``firmware``, or "".
 
-    Raises the same errors as :func:`counterexample`.
+    Raises the errors of :func:`counterexample`.
     """
     laws = _laws(firmware, examples)
     if _failure(laws, law) is None:
@@ -55,7 +56,7 @@ def _laws(firmware: str, examples: int) -> Any:
 
 @lru_cache(maxsize=1)
 def _compiled(firmware: str, digest: bytes) -> Compiled:
-    """Return a started firmware, the same for all laws. ``digest`` is that of the file's contents."""
+    """Return the firmware, cached for all laws. ``digest`` identifies its file contents."""
     del digest
     return Compiled(firmware)
 
@@ -78,7 +79,7 @@ def _failure(laws: Any, law: str) -> Exception | None:
 
 @contextmanager
 def _nothing_stored() -> Iterator[None]:
-    """Keep the folder of Hypothesis, which is created even without a database, out of the student's project."""
+    """Keep Hypothesis from creating its folder in the student's project."""
     before = vars(configuration).get("__hypothesis_home_directory")
     with TemporaryDirectory(prefix="fcu-hypothesis-") as folder:
         configuration.set_hypothesis_home_dir(folder)
@@ -90,7 +91,7 @@ def _nothing_stored() -> Iterator[None]:
 
 @contextmanager
 def _no_constants_of_sources() -> Iterator[None]:
-    """Prevent Hypothesis from trying constants of local modules, which it finds in a clone but not in a wheel."""
+    """Prevent Hypothesis from trying constants of local modules, found only in a clone."""
     try:
         from hypothesis.internal.conjecture import providers
         from hypothesis.internal.constants_ast import Constants

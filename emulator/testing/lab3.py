@@ -1,17 +1,17 @@
-"""The laws of the lab's arithmetic, as properties of every correct implementation.
+"""Laws of the lab's arithmetic, as properties of every correct implementation.
 
-One line creates a test class for a student's firmware::
+This creates a test class for a student's firmware::
 
     from fcu_emulator.emulator.testing.lab3 import Compiled, lab3_properties
 
     TestMyLab = lab3_properties(Compiled("build/mylab.elf"))
 
-pytest prints counter-examples, if possible with a scenario that shows them on the board. The expected angles
-are computed from vectors, not by the slides' formulas:
+pytest prints counter-examples, if possible as a scenario. Expected angles are computed from
+vectors, not by the slides' formulas:
 
 * pitch and roll are the inclinations of the X and the Y axis (mu = 1);
-* yaw is the angle between the horizontal directions of the X axis and the field. If neither pitch nor roll is 0,
-  the slides' roll is an approximation, and only the range of the yaw is checked.
+* yaw is the angle between the horizontal directions of the X axis and the field. If neither pitch
+  nor roll is 0, the slides' roll is approximate, and only the yaw's range is checked.
 """
 
 from __future__ import annotations
@@ -77,27 +77,27 @@ class Angles(NamedTuple):
 
 
 class Subject(Protocol):
-    """Interface of an implementation of the lab's arithmetic."""
+    """Interface to an implementation of the lab's arithmetic."""
 
     @property
     def name(self) -> str:
-        """The name for the command that repeats a failure."""
+        """The name in the command that repeats a failure."""
         ...
 
     def missing(self, what: str) -> str:
-        """The reason why ``what`` ("angles", "calibration", "altitude") is missing, or ""."""
+        """The reason why "angles", "calibration" or "altitude" is missing, or ""."""
         ...
 
     def angles(self, acc: Vector, mag: Vector) -> Angles:
-        """The angles for an acceleration in mg and a calibrated field in mgauss."""
+        """The angles for acceleration in mg and calibrated field in mgauss."""
         ...
 
     def calibrated(self, field_mgauss: Sequence[Vector]) -> list[Vector]:
-        """The samples after hard-iron calibration, in order from power-on."""
+        """The samples after hard-iron calibration, from power-on."""
         ...
 
     def altitude(self, press_hpa: float, temperature_degc: float, press_zero_level_hpa: float) -> float:
-        """The altitude in m above the place with the pressure ``press_zero_level_hpa``."""
+        """The altitude in m above the place with ``press_zero_level_hpa``."""
         ...
 
 
@@ -127,7 +127,7 @@ class PythonModel:
 
 
 class Compiled:
-    """Functions of a compiled firmware, called on the emulated processor.
+    """Functions of compiled firmware, called on the emulated processor.
 
     ``firmware``: an ELF file, or a name. ``names``: names that differ from the lab's, as in
     ``{"yaw": "heading"}``. Functions without parameters use globals such as ``acc`` and ``pitch``.
@@ -152,14 +152,14 @@ class Compiled:
 
     @property
     def board(self) -> Board:
-        """The board after its start-up code."""
+        """The board after start-up code."""
         if self._board is None:
             self._board = Board(firmware=self.name)
             self._board.run_for(_STARTED_S)
         return self._board
 
     def missing(self, what: str) -> str:
-        """Return the name of the missing function or variable, or ""."""
+        """Return the missing function or variable, or ""."""
         if what not in self._missing:
             self._missing[what] = self._find_missing(what)
         return self._missing[what]
@@ -207,9 +207,9 @@ class Compiled:
 
 
 def lab3_properties(subject: Subject, **chosen: Any) -> type[Any]:
-    """Return a test class for pytest; its name must begin with Test.
+    """Return a test class for pytest. Its name must begin with Test.
 
-    ``chosen``: settings of Hypothesis, such as ``max_examples=1000``.
+    ``chosen``: Hypothesis settings, such as ``max_examples=1000``.
     """
     body: dict[str, Any] = {"subject": subject}
     for name, method in vars(_Properties).items():
@@ -262,14 +262,13 @@ class _Properties:
 
     @property
     def counterexample(self) -> str:
-        """The latest example as a scenario; after a failure, the failing example."""
+        """The scenario of the latest example, which may be a failing one."""
         return self._example()
 
     def board_scenario(self, test: Callable[[_Properties], None]) -> str:
-        """Return the scenario in which a board shows the failure of ``test``, or "".
+        """Return a scenario whose board shows the failure of ``test``, or "".
 
-        The error of a minimised example may be too small for the sensors. A second search therefore ignores
-        errors that the sensors cannot resolve.
+        A minimised error may be too small for the sensors. A second search ignores such errors.
         """
         if not isinstance(self.subject, Compiled) or shows(self.subject.name, self.counterexample):
             return self.counterexample
@@ -282,18 +281,18 @@ class _Properties:
 
     @_of(samples())
     def test_pitch_is_the_inclination_of_the_x_axis(self, sample: MotionSample) -> None:
-        """The slides' formula: pitch = atan2(-Gx, sqrt(Gy^2 + Gz^2))."""
+        """The formula is pitch = atan2(-Gx, sqrt(Gy^2 + Gz^2))."""
         self._compare("pitch", sample, _inclination(sample.acc, 0))
 
     @_of(samples())
     def test_roll_is_the_inclination_of_the_y_axis(self, sample: MotionSample) -> None:
-        """The slides' formula with mu = 1. The roll is compared only at pitch 0, where mu has no effect."""
+        """Compare the roll only at pitch 0, where mu has no effect."""
         level = sample.acc[0] == 0
         self._compare("roll", sample, _inclination(sample.acc, 1) if level else None)
 
     @_of(samples(attitudes(max_roll_deg=89.0, max_pitch_deg=89.0, one_axis=True)))
     def test_yaw_is_the_direction_of_the_x_axis_against_magnetic_north(self, sample: MotionSample) -> None:
-        """The yaw with pitch or roll 0. It increases counter-clockwise, seen from above."""
+        """Pitch or roll is 0. Yaw increases counter-clockwise, seen from above."""
         expected = _heading(sample)
         assume(expected is not None)
         self._compare("yaw", sample, expected)
@@ -371,7 +370,7 @@ class _Properties:
         st.floats(-20.0, 40.0, width=32),
     )
     def test_less_pressure_is_more_altitude(self, press_hpa: float, less: float, temperature: float) -> None:
-        """The hypsometric formula (ISO 2533, lapse rate 6.5 K/km)."""
+        """The hypsometric formula (ISO 2533, 6.5 K/km)."""
         self._require("altitude")
         zero = np.float32(press_hpa + less)
         found = self.subject.altitude(press_hpa, temperature, float(zero))
@@ -421,7 +420,7 @@ class _Properties:
 
 
 def replay(pose: Pose) -> str:
-    """Return a scenario that sets the pose and expects those angles for which the lab's formulas are exact."""
+    """Return a scenario that sets the pose and expects exactly computable angles."""
     fields = ["Pitch"]
     fields += ["Roll"] if pose.pitch_deg == 0 and abs(pose.roll_deg) < 90 else []
     fields += ["Yaw"] if pose.is_about_one_axis and max(abs(pose.roll_deg), abs(pose.pitch_deg)) < 80 else []
@@ -429,7 +428,7 @@ def replay(pose: Pose) -> str:
 
 
 def _inclination(acc: Vector, axis: int) -> float | None:
-    """Return the inclination of an axis in degrees, positive if X points down, or Y up."""
+    """Return an axis' inclination in degrees, positive if X points down, or Y up."""
     length = math.sqrt(sum(component * component for component in acc))
     if length == 0:
         return None
@@ -438,7 +437,7 @@ def _inclination(acc: Vector, axis: int) -> float | None:
 
 
 def _heading(sample: MotionSample) -> float | None:
-    """Return the heading of the X axis in degrees, or None if the axis is vertical."""
+    """Return the X axis' heading in degrees, or None if it is undefined."""
     up = np.array(sample.acc, dtype=float)
     field = np.array(sample.mag, dtype=float)
     if not up.any():

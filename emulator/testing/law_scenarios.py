@@ -1,7 +1,7 @@
-"""Counter-examples of the lab's laws as scenarios: the actions that make a board show them.
+"""Scenarios in which a board shows counter-examples of the lab's laws.
 
-Decision: the scenario of a counter-example is shown only after a test run on the student's firmware and on the
-lab's. The finite resolution of the sensors may hide an error.
+Decision: the scenario of a counter-example is shown only after a test run on the student's firmware
+and on the lab's. The sensors' finite resolution may hide an error.
 """
 
 from __future__ import annotations
@@ -45,9 +45,10 @@ def angle_tolerance_deg(name: str, error_deg: float) -> float:
 def pose_scenario(
     pose: Pose, expected_deg: Mapping[str, tuple[float, float]], *, gravity: float = 1, field: float = 1
 ) -> str:
-    """Return a scenario that moves the board to the pose, with a calibrated compass.
+    """Return a scenario that sets the pose, with a calibrated compass.
 
-    ``expected_deg``: value and tolerance by field. ``gravity`` and ``field``: multiples of the usual values.
+    ``expected_deg``: value and tolerance by field. ``gravity``, ``field``: multiples of usual
+    values.
     """
     expectations = [
         {"kind": "field", "name": name, "value": round(value, 3) + 0.0, "tolerance": tolerance, "from": "19s"}
@@ -57,7 +58,7 @@ def pose_scenario(
 
 
 def pose_against_truth(pose: Pose, names: Sequence[str]) -> str:
-    """Return a scenario that moves the board to the pose and compares fields with the truth."""
+    """Return a scenario that sets the pose and compares fields with the truth."""
     expectations = [
         {"kind": "field", "name": name, "truth": True, "tolerance": _MOST_DEG, "from": "19s"}
         for name in names
@@ -93,9 +94,9 @@ def _pose_table(pose: Pose, expectations: list[Table], gravity: float, field: fl
 
 
 def calibration_scenario(offset: Vector, field_mgauss: int, order: Sequence[int], end: Vector) -> str:
-    """Return a scenario that turns each axis both ways along a horizontal field, then expects MAG at ``end``.
+    """Return a scenario that turns each axis both ways along a horizontal field.
 
-    ``order``: the order of X, -X, Y, -Y, Z and -Z.
+    It expects MAG at ``end``. ``order``: that of X, -X, Y, -Y, Z and -Z.
     """
     turns = [*(_ALONG[index] for index in order), _ALONG[_direction(end)]]
     steps = [
@@ -127,7 +128,7 @@ def calibration_scenario(offset: Vector, field_mgauss: int, order: Sequence[int]
 def altitude_scenario(
     zero_hpa: float, press_hpa: float, temperature_degc: float, altitude_m: float, error_m: float
 ) -> str:
-    """Return a scenario with two pressures, of which the first is that of the floor."""
+    """Return a scenario with the floor's pressure, then another."""
     tolerance = least_m(zero_hpa, press_hpa, temperature_degc, altitude_m)
     if math.isfinite(error_m):
         tolerance = max(error_m / 2, tolerance)
@@ -154,12 +155,12 @@ def least_m(zero_hpa: float, press_hpa: float, temperature_degc: float, altitude
 
 
 def command(firmware: str) -> str:
-    """Return the command that runs the saved scenario."""
+    """Return the command for the saved scenario."""
     return command_line(["fcu", "run", firmware, "--scenario", FILE, "--speed", "max"])
 
 
 def shows(firmware: str, scenario: str) -> bool:
-    """Return whether the scenario fails only on ``firmware``. Raises InputError."""
+    """Return whether ``firmware`` fails but ``lab3`` passes. Raises InputError."""
     return _passes(REFERENCE, scenario) and not _passes(firmware, scenario)
 
 

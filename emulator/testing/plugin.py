@@ -1,4 +1,4 @@
-"""The pytest plugin: a board for each test, expectations in virtual time, and evidence for failures.
+"""The pytest plugin: boards, expectations in virtual time, and evidence for failures.
 
 ::
 
@@ -8,9 +8,9 @@
         dut.expect(r"Pitch: (29|30)[.]")
         dut.not_matching(r"nan", timeout=3)
 
-A failed test shows terminal, transfers, diagnosis, and the command that repeats it; ``grading.pytest_plugin`` adds
-the line of a wrong formula. With
-``junit_logging = "system-out"``, the JUnit file has them, too.
+A failed test shows terminal, transfers, diagnosis, and the command that repeats it;
+``grading.pytest_plugin`` adds the line of a wrong formula. The JUnit file has them if
+``junit_logging = "system-out"``.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _FOLDERS = pytest.StashKey[pytest.TempPathFactory]()
 
 
 class Dut:
-    """The device under test, seen through its serial line.
+    """Device under test with a serial line.
 
     Each expectation searches the output after the previous match.
     """
@@ -50,7 +50,7 @@ class Dut:
         self._position = 0
 
     def write(self, data: bytes | str) -> None:
-        """Type text or bytes on the terminal."""
+        """Type Latin-1 text or bytes."""
         self.board.terminal.write(data)
 
     def expect(
@@ -63,8 +63,8 @@ class Dut:
     ) -> Any:
         """Run until a pattern is printed, and return its match.
 
-        With ``expect_all``, run until all patterns are printed, and return their matches. Fails if ``not_matching``
-        is printed before, or after ``timeout`` virtual seconds.
+        With ``expect_all``, wait for all patterns, and return their matches. Fails if
+        ``not_matching`` is printed earlier, or after ``timeout`` virtual seconds.
         """
         __tracebackhide__ = True
         many = [pattern] if isinstance(pattern, str | re.Pattern) else list(pattern)
@@ -133,7 +133,7 @@ class Dut:
 
 @pytest.fixture
 def firmware(request: pytest.FixtureRequest) -> str | Path | None:
-    """The firmware of the board: that of ``--firmware``, of the marker, or ``lab3``."""
+    """The firmware of ``--firmware``, the marker or the scenario, else ``lab3``."""
     given: str | None = request.config.getoption("--firmware")
     if given is not None:
         return given
@@ -154,7 +154,7 @@ def firmware(request: pytest.FixtureRequest) -> str | Path | None:
 def board(
     request: pytest.FixtureRequest, firmware: str | Path | None, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Board]:
-    """A board with ``firmware``; its marker may set scenario, wiring, seed, ideal, cold_start."""
+    """A board with ``firmware``. Its marker may set scenario, wiring, seed, ideal, cold_start."""
     from fcu_emulator.emulator.assembly.board import (
         Board,  # not needed without boards
     )
@@ -223,9 +223,9 @@ def _by_hand(item: pytest.Item, board: Board) -> str:
 
 
 def evidence(board: Board, by_hand: str = "") -> Iterator[tuple[str, str]]:
-    """Yield title and text of each piece of evidence for a failure.
+    """Yield each piece of evidence for a failure as title and text.
 
-    ``by_hand``: the command that runs the same board.
+    ``by_hand``: command for the same board.
     """
     lines = board.terminal.text.replace("\r", "").splitlines() or ["(no output)"]
     dropped = [f"... {len(lines) - _TERMINAL_LINES} earlier lines"] if len(lines) > _TERMINAL_LINES else []

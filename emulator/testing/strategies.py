@@ -1,4 +1,4 @@
-"""Hypothesis strategies for a board's surroundings: attitudes, sensor samples, fields, iron, motions.
+"""Hypothesis strategies for attitudes, sensor samples, fields, iron and motions.
 
 ::
 
@@ -13,8 +13,8 @@
     def test_altitude_is_printed_as_a_number(motion):
         board = Board("lab3.elf", scenario=motion.scenario)
 
-The board's axes are X right, Y forward, Z up. At rest, the axis that points up has +1000 mg. Attitudes turn by
-yaw, then pitch, then roll. Examples shrink towards a flat board that points north.
+The board's axes are X right, Y forward, Z up. At rest, the upward axis has +1000 mg. Attitudes turn
+by yaw, then pitch, then roll. Examples shrink towards a flat board that points north.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ _NEAR = 0.01  # degrees from an edge case
 
 @dataclass(frozen=True)
 class Pose:
-    """The attitude of a board in degrees."""
+    """A board's attitude in degrees."""
 
     roll_deg: float
     pitch_deg: float
@@ -54,13 +54,13 @@ class Pose:
 
     @property
     def is_about_one_axis(self) -> bool:
-        """Whether roll or pitch is 0, so that the lab's roll is exact."""
+        """Whether roll or pitch is 0, which makes the lab's roll exact."""
         return self.roll_deg == 0 or self.pitch_deg == 0
 
 
 @dataclass(frozen=True)
 class MotionSample:
-    """Values of ideal sensors at a pose: ``acc`` in mg, ``mag`` in mgauss."""
+    """Ideal sensor values at a pose: ``acc`` in mg, ``mag`` in mgauss."""
 
     pose: Pose
     acc: Vector
@@ -70,7 +70,7 @@ class MotionSample:
 def attitudes(
     max_roll_deg: float = 180.0, max_pitch_deg: float = 90.0, *, one_axis: bool = False
 ) -> st.SearchStrategy[Pose]:
-    """Return a strategy for poses. ``one_axis``: roll or pitch is 0."""
+    """Strategy for poses. ``one_axis``: roll or pitch is 0."""
     rolls, pitches, yaws = angles(max_roll_deg), angles(max_pitch_deg), angles(180.0)
     level = st.just(0.0)
     if one_axis:
@@ -79,7 +79,7 @@ def attitudes(
 
 
 def angles(limit_deg: float) -> st.SearchStrategy[float]:
-    """Return a strategy for angles up to the limit, which are often near quarters of a turn."""
+    """Strategy for angles up to the limit, often near quarter turns."""
     quarters = [at * 90.0 + beside for at in range(-2, 3) for beside in (0.0, _NEAR, -_NEAR)]
     edges = sorted(
         {angle for angle in (*quarters, -limit_deg, limit_deg) if abs(angle) <= limit_deg}, key=abs
@@ -89,9 +89,9 @@ def angles(limit_deg: float) -> st.SearchStrategy[float]:
 
 
 def fields() -> st.SearchStrategy[tuple[float, float, float]]:
-    """Return a strategy for the earth's field: north, east (0) and down in microtesla.
+    """Strategy for the earth's field: north, east (0) and down in microtesla.
 
-    The total is 22 to 67 uT (World Magnetic Model), and the horizontal component is at least 10 uT.
+    The total is 22 to 67 uT (World Magnetic Model), and the horizontal part at least 10 uT.
     """
     return (
         st.tuples(st.floats(22.0, 67.0), st.floats(-80.0, 80.0))
@@ -113,9 +113,9 @@ def samples(
     noise_mg: int = 0,
     noise_mgauss: int = 0,
 ) -> st.SearchStrategy[MotionSample]:
-    """Return a strategy for samples at ``poses`` (default: any) in ``field_ut`` (north, east, down).
+    """Strategy for samples at ``poses`` (default: any).
 
-    ``noise_mg`` and ``noise_mgauss``: maximum noise of each axis.
+    ``field_ut``: north, east, down. ``noise_mg``, ``noise_mgauss``: maximum noise by axis.
     """
     acc_noise, mag_noise = (st.tuples(*[st.integers(-most, most)] * 3) for most in (noise_mg, noise_mgauss))
     return st.builds(
@@ -127,25 +127,25 @@ def samples(
 
 
 def hard_irons(most_mgauss: int = 500) -> st.SearchStrategy[Vector]:
-    """Return a strategy for hard iron: fields of the board's magnets in mgauss, in board axes."""
+    """Strategy for hard iron in mgauss, in board axes."""
     return st.tuples(*[st.integers(-most_mgauss, most_mgauss)] * 3)
 
 
 def soft_irons(most: float = 0.2) -> st.SearchStrategy[tuple[tuple[float, ...], ...]]:
-    """Return a strategy for soft iron: the unit matrix with a symmetric change of up to ``most`` per element."""
+    """Strategy for soft iron: unit matrix plus symmetric changes of up to ``most``."""
     six = st.tuples(*[st.floats(-most, most).map(lambda number: round(number, 3) + 0.0)] * 6)
     return six.map(lambda s: ((1 + s[0], s[1], s[2]), (s[1], 1 + s[3], s[4]), (s[2], s[4], 1 + s[5])))
 
 
 def zero_vectors() -> st.SearchStrategy[tuple[Vector, Vector]]:
-    """Return a strategy for pairs of acceleration and field, of which at least one is zero."""
+    """Strategy for acceleration and field, of which at least one is zero."""
     anything = st.tuples(*[st.integers(-2000, 2000)] * 3)
     zero = st.just((0, 0, 0))
     return st.tuples(zero, zero) | st.tuples(zero, anything) | st.tuples(anything, zero)
 
 
 class GeneratedMotion:
-    """A generated motion: ``scenario`` for ``Board(firmware, scenario=...)``, and ``text`` of its file."""
+    """A motion: ``scenario`` for ``Board(firmware, scenario=...)``, and its file's ``text``."""
 
     def __init__(self, scenario: Scenario, text: str) -> None:
         self.scenario = scenario
@@ -165,12 +165,12 @@ def motions(
     most_moves: int = 4,
     expect: Sequence[Mapping[str, Any]] = (),
 ) -> GeneratedMotion:
-    """Return a strategy for motions of a board that take some seconds.
+    """Strategy for motions that take some seconds.
 
-    Without ``scenario``, a motion has up to ``most_moves`` turns to ``poses`` (default: any) and lifts, with rests
-    between them and ideal sensors; ``expect``: its expectations. With ``scenario``, Hypothesis chooses the random
-    values of this scenario. A failure prints the scenario and the command for ``firmware``. Raises ScenarioError,
-    InputError.
+    Without ``scenario``, a motion has up to ``most_moves`` turns to ``poses`` (default: any) and
+    lifts, with rests between them, ideal sensors and expectations ``expect``. Otherwise, Hypothesis
+    chooses the random values of ``scenario``. A failure prints the scenario and the command for
+    ``firmware``. Raises ScenarioError, InputError.
     """
     if scenario is None:
         path = Path("motion.toml")

@@ -1,4 +1,4 @@
-"""The lab's firmware in C for the real chip: sources, and ELF files for sensors on I2C2 and on SPI2."""
+"""The lab's firmware in C: sources, and ELF files for sensors on I2C2 and SPI2."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ BUSES = ("I2C2", "SPI2")
 
 
 def sources() -> Path:
-    """Return the folder with support/, template/ and scaffold/. In a clone it also has solution/."""
+    """Return the folder with support/, template/, scaffold/, and in a clone solution/."""
     return Path(__file__).parent  # packages are always installed unpacked
 
 

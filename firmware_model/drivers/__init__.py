@@ -1,4 +1,4 @@
 """Drivers of the three sensors.
 
-They define the register constants again. If drivers and models shared them, tests could not detect a wrong address.
+Their register constants are separate from the models', so tests can detect a wrong address.
 """

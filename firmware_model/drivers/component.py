@@ -1,7 +1,7 @@
-"""Common functions of the three drivers: status codes and register updates.
+"""Common driver functions: status codes and register updates.
 
-Decision: a driver's set-up is a table of steps, in the order of ST's drivers (STSW-FCU001). Each step is one read and
-one write, as on the board.
+Decision: a driver's set-up is a table of steps, in the order of ST's drivers (STSW-FCU001). Each
+step is one read and one write.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Step = tuple[int, int, int]
 
 
 def update_register(hal: Hal, device: int, step: Step) -> int:
-    """Read, modify and write one field; return COMPONENT_OK or COMPONENT_ERROR."""
+    """Read and update one field. Return COMPONENT_OK or COMPONENT_ERROR."""
     register, mask, value = step
     status, data = hal.HAL_I2C_Mem_Read(device, register, 1)
     if status != HAL_OK:
@@ -27,7 +27,7 @@ def update_register(hal: Hal, device: int, step: Step) -> int:
 
 
 def update_registers(hal: Hal, device: int, steps: Iterable[Step]) -> int:
-    """Apply the steps until one fails, and return its status."""
+    """Apply steps until one fails, and return its status."""
     for step in steps:
         if update_register(hal, device, step) != COMPONENT_OK:
             return COMPONENT_ERROR
@@ -35,12 +35,12 @@ def update_registers(hal: Hal, device: int, steps: Iterable[Step]) -> int:
 
 
 def write_register(hal: Hal, device: int, register: int, value: int) -> int:
-    """Write a whole register without reading it first."""
+    """Write a register without reading it first."""
     status = hal.HAL_I2C_Mem_Write(device, register, bytes((value,)))
     return COMPONENT_OK if status == HAL_OK else COMPONENT_ERROR
 
 
 def check_who_am_i(hal: Hal, device: int, register: int, expected: int) -> int:
-    """Read the identity. Return COMPONENT_ERROR after a bus error or for another sensor."""
+    """Read the identity. Return COMPONENT_ERROR for bus errors or another sensor."""
     status, data = hal.HAL_I2C_Mem_Read(device, register, 1)
     return COMPONENT_OK if status == HAL_OK and data[0] == expected else COMPONENT_ERROR

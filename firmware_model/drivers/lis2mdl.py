@@ -1,4 +1,4 @@
-"""LIS2MDL magnetometer: set-up over I2C, in the order of ST's package STSW-FCU001."""
+"""LIS2MDL magnetometer: set-up over I2C, in the order of ST's STSW-FCU001."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _INIT: tuple[Step, ...] = (
 
 
 def LIS2MDL_Init(hal: Hal) -> int:
-    """Identify the sensor and set it up; it stays idle. Return COMPONENT_ERROR if it is absent."""
+    """Set up the sensor, which stays idle. Return COMPONENT_ERROR if absent."""
     if check_who_am_i(hal, LIS2MDL_ADDRESS, WHO_AM_I, WHO_AM_I_VALUE) != COMPONENT_OK:
         return COMPONENT_ERROR
     return update_registers(hal, LIS2MDL_ADDRESS, _INIT)

@@ -1,12 +1,12 @@
 """LPS22HB barometer: set-up over I2C, and readings.
 
-The steps have the order of ST's STSW-FCU001; the steps for SPI are omitted.
+The steps follow ST's STSW-FCU001 without SPI.
 
-Decision: the driver of the LPS22HB sets IF_ADD_INC in the transaction in which ST's driver clears it, because bursts
-need this bit.
+Decision: the driver of the LPS22HB sets IF_ADD_INC in the transaction in which ST's driver clears
+it, because bursts need this bit.
 
-Decision: ``LPS22HB_WaitForData`` is an addition. ST's main.c may read its reference pressure before the first
-conversion, which was observed to give 758.4 hPa.
+Decision: ``LPS22HB_WaitForData`` is an addition. ST's main.c may read its reference pressure before
+the first conversion, which gave 758.4 hPa.
 """
 
 from __future__ import annotations
@@ -60,9 +60,9 @@ _INIT: tuple[Step, ...] = (
 
 
 def LPS22HB_Init(hal: Hal) -> int:
-    """Reset the sensor, wait 1 s, identify it and set it up; it stays powered down.
+    """Reset the sensor, wait 1 s, and set it up in power-down.
 
-    Return COMPONENT_ERROR if it is absent.
+    Return COMPONENT_ERROR if the sensor is absent.
     """
     if update_register(hal, LPS22HB_ADDRESS, (CTRL_REG2, BOOT_SWRESET, BOOT_SWRESET)) != COMPONENT_OK:
         return COMPONENT_ERROR
@@ -73,7 +73,7 @@ def LPS22HB_Init(hal: Hal) -> int:
 
 
 def LPS22HB_Enable(hal: Hal) -> int:
-    """Start the sensor at 25 Hz and read the setting back, as ST's driver does."""
+    """Start at 25 Hz, and read the setting back like ST's driver."""
     if update_register(hal, LPS22HB_ADDRESS, (CTRL_REG1, ODR, ODR_25_HZ)) != COMPONENT_OK:
         return COMPONENT_ERROR
     status, _ = hal.HAL_I2C_Mem_Read(LPS22HB_ADDRESS, CTRL_REG1, 1)
@@ -81,7 +81,7 @@ def LPS22HB_Enable(hal: Hal) -> int:
 
 
 def LPS22HB_WaitForData(hal: Hal) -> int:
-    """Wait for the first sample. Return COMPONENT_ERROR after 100 ms or after a bus error."""
+    """Wait for the first sample. Return COMPONENT_ERROR after 100 ms or a bus error."""
     for _ in range(FIRST_SAMPLE_TIMEOUT_MS):
         status, data = hal.HAL_I2C_Mem_Read(LPS22HB_ADDRESS, STATUS, 1)
         if status != HAL_OK:
@@ -93,12 +93,12 @@ def LPS22HB_WaitForData(hal: Hal) -> int:
 
 
 def pressure_hpa(raw: int) -> float:
-    """Convert a 24-bit output to hPa (float32): ``(float)((raw * 100) / 4096) / 100.0f``."""
+    """Convert 24-bit output to hPa (float32): ``(float)((raw * 100) / 4096) / 100.0f``."""
     return f32(int_divide(raw * 100, 4096) / 100.0)
 
 
 def temperature_degc(raw: int) -> float:
-    """Convert a 16-bit output to degC (float32): ``(float)((raw * 10) / 100) / 10.0f``."""
+    """Convert 16-bit output to degC (float32): ``(float)((raw * 10) / 100) / 10.0f``."""
     return f32(int_divide(raw * 10, 100) / 10.0)
 
 
@@ -108,12 +108,12 @@ def _pressure_of(data: bytes) -> float:
 
 
 def LPS22HB_Get_Press(hal: Hal, press: float) -> float:
-    """Return the pressure in hPa, or ``press`` if the read fails."""
+    """Return the pressure in hPa, or ``press`` after a failed read."""
     status, data = hal.HAL_I2C_Mem_Read(LPS22HB_ADDRESS, PRESS_OUT_XL, 3)
     return _pressure_of(data) if status == HAL_OK else press
 
 
 def LPS22HB_Get_Temp(hal: Hal, temperature: float) -> float:
-    """Return the temperature in degC, or ``temperature`` if the read fails."""
+    """Return the temperature in degC, or ``temperature`` after a failed read."""
     status, data = hal.HAL_I2C_Mem_Read(LPS22HB_ADDRESS, TEMP_OUT_L, 2)
     return temperature_degc(int.from_bytes(data, "little", signed=True)) if status == HAL_OK else temperature

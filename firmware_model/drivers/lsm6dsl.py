@@ -1,6 +1,6 @@
 """LSM6DSL accelerometer and gyroscope: set-up over I2C.
 
-The steps have the order of ST's STSW-FCU001; the steps for SPI are omitted.
+The steps follow ST's STSW-FCU001 without SPI.
 """
 
 from __future__ import annotations
@@ -76,14 +76,14 @@ _FLIGHT_SETUP: tuple[Step, ...] = (
 
 
 def LSM6DSL_X_Init(hal: Hal) -> int:
-    """Identify and set up the accelerometer, which stays powered down. Return COMPONENT_ERROR if it is absent."""
+    """Set up the accelerometer in power-down. Return COMPONENT_ERROR if absent."""
     if check_who_am_i(hal, LSM6DSL_ADDRESS, WHO_AM_I, WHO_AM_I_VALUE) != COMPONENT_OK:
         return COMPONENT_ERROR
     return update_registers(hal, LSM6DSL_ADDRESS, _X_INIT)
 
 
 def LSM6DSL_G_Init(hal: Hal) -> int:
-    """Identify the sensor again, as ST's driver does, and set up the gyroscope, which stays powered down."""
+    """Identify the sensor again, like ST's driver, and set up the gyroscope in power-down."""
     if check_who_am_i(hal, LSM6DSL_ADDRESS, WHO_AM_I, WHO_AM_I_VALUE) != COMPONENT_OK:
         return COMPONENT_ERROR
     return update_registers(hal, LSM6DSL_ADDRESS, _G_INIT)
@@ -100,7 +100,7 @@ def LSM6DSL_G_Enable(hal: Hal) -> int:
 
 
 def LSM6DSL_FlightSetup(hal: Hal) -> None:
-    """Set the accelerometer to 6.66 kHz, 4 g, LPF2 at ODR/400, and the gyroscope to 416 Hz, 2000 dps."""
+    """Set accelerometer (6.66 kHz, 4 g, LPF2 at ODR/400) and gyroscope (416 Hz, 2000 dps)."""
     for step in _FLIGHT_SETUP:
         update_register(hal, LSM6DSL_ADDRESS, step)
     write_register(hal, LSM6DSL_ADDRESS, CTRL2_G, CTRL2_G_416_HZ_2000_DPS)
