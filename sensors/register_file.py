@@ -122,7 +122,8 @@ class RegisterFile:
         self._after: list[AfterHook | None] = [None] * ADDRESSES
         self._on_write: list[WriteHook | None] = [None] * ADDRESSES
         self.outputs: list[SharedOutput] = []
-        # how C reads a byte, while these are the byte's hooks
+        # for each byte: how C reads it, and the hooks for which this is valid; with other hooks C calls
+        # Python
         self._access: list[tuple[int, _Hooks]] = [(MEMORY, _NO_HOOKS)] * ADDRESSES
         self._bank_bytes = bytearray(ctypes.sizeof(Bank))
         self._bank = Bank.from_buffer(self._bank_bytes)

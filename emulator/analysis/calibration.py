@@ -11,9 +11,7 @@ from fcu_emulator.emulator.analysis.field import changes
 from fcu_emulator.emulator.analysis.numbers import AXES, Hint
 from fcu_emulator.emulator.analysis.recorder import LabLine
 
-_FAR = (
-    60.0  # mgauss: an error that a correct calibration never leaves, and the smallest hard iron that matters
-)
+_FAR = 60.0  # mgauss: larger errors of an axis are reported; hard iron below this is ignored
 _NEAR, _NEAR_SHARE = 40.0, 0.15
 
 Numbers = NDArray[np.float64]

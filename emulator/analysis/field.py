@@ -22,7 +22,9 @@ _SHARE = 0.9  # share of the lines that must fit
 _TURNED = 400.0  # mgauss by which two axes must change: a large part of a turn
 _SLACK = 60.0  # mgauss beyond the first half's extremes
 _RIGHT_FACTOR = 1.15
-_HIGH_BYTES = 6  # range of the true high byte in steps of 384 mgauss: earth's field and hard iron
+# maximum spread of the true high byte, printed as the low byte: earth's field and hard iron span 6 steps of
+# 384 mgauss
+_HIGH_BYTES = 6
 
 Numbers = NDArray[np.float64]
 

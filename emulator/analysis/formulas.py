@@ -20,7 +20,8 @@ _DIFFERENT = 2  # minimum number of blocks that the right formula does not expla
 _BETTER = 3  # factor by which a wrong formula must be nearer than the right one
 _NEAR_DEG = 4.0  # a block takes some 30 ms, and the board may be turning
 _NEAR_SHARE, _NEAR_M = 0.04, 0.3
-_MOVING_SHARE, _MOST_MOVING = 0.3, 15.0  # share of the change of the truth in the last 0.15 s
+# tolerance for motion: this share of the truth's change in the last 0.15 s, at most 15
+_MOVING_SHARE, _MOST_MOVING = 0.3, 15.0
 _LONGEST_S = 0.5  # maximum time between the lines of a block
 _LABELS = {"ACC[x,y,z]": "acc", "MAG[x,y,z]": "mag", "Pre:": "pre"}
 

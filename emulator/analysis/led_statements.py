@@ -90,7 +90,9 @@ class _Statements:
         backtrace = Backtrace(self.places, change.word, self._code)
         for call in backtrace.calls(change.pc, change.lr, change.sp):
             if call.interrupted:
-                return None  # the callers of another program, which the switching one has interrupted
+                # the change was made in an interrupt; the remaining callers belong to the code that it
+                # interrupted
+                return None
             if self.places.file(call.address) in self._files:
                 return call.address
         return None

@@ -15,7 +15,7 @@ from fcu_emulator.emulator.analysis.recorder import LabLine, ValueRange
 
 _FEWEST = 2  # minimum number of wrong lines
 _SHARE = 0.9  # minimum share of the lines that a change must fit
-_NARROW = 3  # divides the permitted distance, so that random numbers do not count as a wrap
+_NARROW = 3  # multiplies the distance from the truth, so that random numbers do not count as a wrap
 AXES = ("x", "y", "z")
 
 

@@ -87,7 +87,8 @@ class TruthRecorder:
         self.board = board
         self._lines: deque[LabLine] = deque(maxlen=_LINES_KEPT)
         self._lights: deque[Lights] = deque(maxlen=_LIGHTS_KEPT)
-        self._lit: list[tuple[float, dict[str, bool]]] = []  # LEDs without a truth yet
+        # times and LED states for which the true angles have not been computed yet
+        self._lit: list[tuple[float, dict[str, bool]]] = []
         self._times = board.terminal.uart.arrival_times()
         self._position = board.terminal.uart.received_count()
         self._rest = b""

@@ -90,7 +90,7 @@ class LabExercises:
         table = self._rubric.exercise(exercise)
         run = table.run or self._rubric.run_of(table, table.check[0])
         question = self._rubric.scenario(run, 0).question
-        return "" if question == run else question  # a run without a question has its name
+        return "" if question == run else question  # the question of a scenario without one is the run's name
 
 
 def judged(firmware: str, rubric: str, exercise: str, seed: int) -> Verdict:

@@ -397,7 +397,7 @@ def _say_result(result: Result, code: ExitCode) -> None:
     for finding in result.findings:
         head, *diff = finding.lines
         say_to_user(head, "fail", "FAIL")
-        for line in diff:  # of the program
+        for line in diff:  # the diff and the source line: the program's text, printed without wrapping
             say_to_user(line, wrap=False)
     if result.checks:
         if result.findings:

@@ -300,7 +300,7 @@ def _iliass_entry(path: Path, match: re.Match[str]) -> SubmittedEntry:
 
 
 def _is_ilias(path: Path) -> bool:
-    if path.name.startswith("multi_feedback_"):  # the common parent
+    if path.name.startswith("multi_feedback_"):  # ILIAS's folder that contains the folders of the submissions
         return False
     return path.name.count("_") >= 3 and bool(_ILIAS.fullmatch(path.name)) and _is_folder(path)
 

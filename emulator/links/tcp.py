@@ -87,7 +87,7 @@ class Reader:
     def receive(self) -> bytes:
         if (
             self.gone or len(self._encoded) > CHUNK
-        ):  # a reader may not read its answers, so they are sent first
+        ):  # send pending answers first, because a reader that does not read them must not cause more
             return b""
         try:
             data = self._socket.recv(CHUNK)

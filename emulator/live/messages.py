@@ -25,7 +25,9 @@ MOST_VARIABLES = 16  # watched by one page
 LARGEST_FIRMWARE = 8 << 20  # bytes; ST's stock firmware with full debug information has 4 MB
 LONGEST_COMMAND = 64 << 10  # characters of any command except an upload
 LONGEST_UPLOAD = LARGEST_FIRMWARE * 4 // 3 + 4096  # characters of an upload in base64
-_MOST_PIECES = 1000  # commas, quotes and brackets in a message longer than a command: an upload has 15
+# maximum number of commas, quotes and brackets in a message longer than a command, against expensive JSON; an
+# upload has 15
+_MOST_PIECES = 1000
 FIRMWARE_FILES = (".elf", ".axf", ".out", ".hex", ".bin")
 _LONGEST_NAME = 200
 

@@ -103,7 +103,7 @@ def within(allowed: Range) -> FieldInfo:
     return info
 
 
-# TOML has no tuples: only the outer type is lenient.
+# TOML has arrays, but no tuples: Strict(False) accepts an array for the tuple; its elements stay strict.
 Vector = Annotated[tuple[float, float, float], Strict(False)]
 
 

@@ -312,7 +312,8 @@ class RecordedAttitude:
 
 
 X, Y, Z = np.eye(3)
-EIGHTS = ((Z, Y), (Y, Z), (Z, X))  # with the field along X: lobes to +-Y, to +-Z, and from +X to -X
+# pairs of board axes for Twist. If the field is along X, the lobes go to +-Y, to +-Z, and from +X to -X
+EIGHTS = ((Z, Y), (Y, Z), (Z, X))
 APPROACH = 0.1  # share of the time to reach the field's direction, and again to return
 
 

@@ -126,7 +126,9 @@ class Core(FcuChip):
         self.enter()
         ended = self.library.fcu_run_until(self.handle, at_ps)
         self.raise_error()
-        clock.now_ps = shared[0]  # a fault while a frame was saved has been reported at its end
+        # set back to the chip's time: a fault while a frame is saved is reported with the time at which the
+        # entry ends
+        clock.now_ps = shared[0]
         if ended not in (_HALTED, _BY_WORK):
             clock.advance_to(at_ps)
 

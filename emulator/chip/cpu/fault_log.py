@@ -95,7 +95,8 @@ class FaultLog:
         core = self._core
         is_programming = (
             core.peek(_FLASH_CR) or 0
-        ) & _PG  # in this case the order or the size of the stores is wrong
+            # with PG set, firmware is programming the flash, and the order or size of its stores is wrong
+        ) & _PG
         if self.lost_store is None and not is_programming:
             registers = CORE.unpack(core.core_state())
             self.lost_store = LostStore(core.clock.now_ps, address, registers, bytes(core.ram))

@@ -27,7 +27,9 @@ def read_once(core: Core, places: Places, loop: frozenset[int]) -> Cause | None:
     condition = _Condition(core, max(loop))
     starts = _instructions(core, places, min(loop))
     seen = (condition.decided_by(start) for start in starts)
-    variable = next(filter(None, seen), None)  # the farthest one loads the whole address
+    # the first match: of the starts that decide, the one farthest from the loop also executes the load of the
+    # address
+    variable = next(filter(None, seen), None)
     if variable is None:
         return None
     name = places.variable(variable.address)

@@ -319,7 +319,7 @@ _VARIABLE = 0x34
 _AT_LOCATION, _AT_ABSTRACT_ORIGIN, _AT_SPECIFICATION = 0x02, 0x31, 0x47
 _OP_ADDR = 0x03
 _MAX_VARIABLES = 1 << 16  # one element for each byte of RAM
-_LONGEST_CHAIN = 8  # two steps: to a declaration or an origin
+_LONGEST_CHAIN = 8  # limit for damaged files; correct ones need two steps, to a declaration and to an origin
 
 
 class Variables:

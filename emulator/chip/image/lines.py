@@ -158,7 +158,7 @@ def _entries(program: Cursor, strings: dict[int, bytes], budget: Budget) -> list
     """Return (name, directory's number) pairs."""
     columns = [(program.uleb128(), program.uleb128()) for _ in range(program.byte())]
     count, room = program.uleb128(), program.end - program.offset
-    if count > room:  # the number of entries without bytes would have no limit
+    if count > room:  # an entry may have no bytes, so the remaining bytes would not limit their number
         raise DebugInfoError(f"a table of files announces {count} entries in {room} bytes")
     entries = []
     for _ in range(count):

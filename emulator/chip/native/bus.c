@@ -5,8 +5,10 @@
 
 #include "fcu.h"
 
-#define FLASH_INTERFACE_BASE 0x40023C00u /* the cost of its registers includes its stores to RAM */
-#define MEMORY_LIKE_AFTER 1000 /* consecutive reads after which read_memory_like() is used */
+/* the cost of its registers includes programming of the flash (write_flash()) */
+#define FLASH_INTERFACE_BASE 0x40023C00u
+/* reads of a peripheral without a write in between, after which read_memory_like() is used */
+#define MEMORY_LIKE_AFTER 1000
 
 static bool in_ram(uint32_t address, unsigned size) { return address - RAM_BASE <= RAM_SIZE - size; }
 
@@ -256,7 +258,8 @@ static bool read_device(Chip *chip, uint32_t address, unsigned size, uint32_t *v
                                : read_bit_band(chip, address, value);
 }
 
-/* A loop that displays a state writes the same value again and again. */
+/* Return whether the write changes nothing. Loops that display a state repeat such writes; they do not end
+ * poll skipping. */
 static bool is_redundant_write(const Peripheral *peripheral, uint32_t address, unsigned size, uint32_t value) {
   uint32_t shift = 8 * (address & 3), mask = size_mask(size) << shift;
   return peripheral && peripheral->clocked && peripheral_has_register(peripheral, address) &&
@@ -356,7 +359,8 @@ static __attribute__((noinline)) bool read_any(Core *core, uint32_t address, uns
   return read_device(core->chip, address, size, value) || access_fault(core, address, STOP_READ);
 }
 
-/* Handle all reads except memory-like ones. As a separate function it saves fewer host registers. */
+/* Handle all reads except memory-like ones. It is a separate function so that core_read() saves fewer host
+ * registers. */
 static __attribute__((noinline)) bool read_polled(Core *core, uint32_t address, unsigned size, uint32_t *value) {
   return (!core->watching && repeat_read(core->chip, address, size, value)) ||
          read_any(core, address, size, value);

@@ -1,5 +1,5 @@
-/* The bus matrix (RM0368 section 2): accesses that access.h does not handle, and the skipping of waiting loops,
- * which are recognised by their accesses. */
+/* The bus matrix (RM0368 section 2): the slow path of loads and stores (access.h has the fast one), and the
+ * skipping of poll and idle loops. */
 #ifndef FCU_BUS_H
 #define FCU_BUS_H
 
@@ -9,8 +9,8 @@
 
 /* -- bus.c ----------------------------------------------------------------------------------------------- */
 
-/* Accesses of DMA or a debugger at the current time; core.h has those of the core. Return false if the
- * address has no memory or register. */
+/* Access an address for DMA or a debugger at the current time; the core uses core_read() and core_write().
+ * Return false if the address has no memory or register. */
 bool bus_load(Chip *chip, uint32_t address, unsigned size, uint32_t *value);
 bool bus_store(Chip *chip, uint32_t address, unsigned size, uint32_t value);
 
@@ -27,7 +27,7 @@ typedef struct {
     uint64_t version;
     uint32_t address, size, value;
   } reads[CACHED_READS];
-  struct { /* a write that has no effect until until_ps */
+  struct { /* The last write; repeating it has no effect before until_ps. */
     int64_t until_ps;
     uint64_t version;
     uint32_t address, size, value;
@@ -40,7 +40,8 @@ typedef struct {
   uint8_t unclocked[PAGES];
 } PythonRegisters;
 
-/* The reason why an address reads as 0 and ignores writes. It has been reported. */
+/* Why an address reads as 0 and ignores writes. The enum is stored only after the access has been
+ * reported. */
 enum IgnoreReason { NO_REGISTER = 1, READ_WITHOUT_CLOCK = 2, WRITE_WITHOUT_CLOCK = 3 };
 
 /* Values of chip->until_ps after a call of Python: the address, or its whole kilobyte, has no register. */
@@ -52,7 +53,8 @@ enum Access { ACCESS_READ = 1, ACCESS_WRITE = 2 };
 void python_registers_invalidate(Chip *chip);
 bool python_registers_is_ignored(const Chip *chip, uint32_t address, enum IgnoreReason kind);
 void python_registers_ignore(Chip *chip, uint32_t address, enum IgnoreReason kind);
-/* Writes without clock of values that would not have changed the register. Another value may change it. */
+/* A write without clock is harmless if its value is the register's reset value. A write of another value
+ * must be reported. */
 bool python_registers_is_harmless(const Chip *chip, uint32_t address, uint32_t value);
 void python_registers_set_harmless(Chip *chip, uint32_t address, uint32_t value);
 /* *until_ps as in PeripheralType. */
@@ -62,7 +64,9 @@ void python_store(Chip *chip, uint32_t address, unsigned size, uint32_t value);
 /* -- poll_skip.c: loops that poll registers ----------------------------------------------------------- */
 
 #define POLL_SKIP_COMPARE_AFTER 3 /* number of reads of a register before states are compared */
-#define POLL_SKIP_MAX_MISSES 50   /* number of unsuccessful comparisons before a pause */
+/* number of unsuccessful comparisons before a pause; for POLL_SKIP_PAUSE: number of reads without
+   comparison in a pause */
+#define POLL_SKIP_MAX_MISSES 50
 #define POLL_SKIP_PAUSE 2000
 #define POLL_SKIP_STATES 64
 #define POLL_SKIP_LOGGED 128
@@ -84,7 +88,7 @@ typedef struct {
 
 typedef struct {
   int64_t accesses;
-  int64_t version; /* changes when a register may have changed early */
+  int64_t version; /* changes when a register may have changed before its until_ps */
   int64_t skipped;
   int64_t enabled;
   int64_t state_count;
@@ -97,7 +101,8 @@ typedef struct {
   PollState states[POLL_SKIP_STATES];
 } PollSkip;
 
-/* An access other than a side-effect free read of a register. */
+/* Handle an access that has a side effect or is a write: invalidate cached registers and discard the
+ * recorded states. */
 void poll_skip_side_effect(Chip *chip);
 /* Invalidate cached registers after an event, a side effect, or the start of a run. */
 static inline void poll_skip_invalidate(PollSkip *poll_skip) { poll_skip->version++; }
@@ -106,7 +111,8 @@ static inline Polled *poll_skip_slot(PollSkip *poll_skip, uint32_t address) {
   return &poll_skip->polled[(address * 0x9E3779B1u >> 16) % POLL_SKIP_POLLED];
 }
 void poll_skip_reset(Chip *chip);
-/* Log changes of RAM. Return true if RAM has the same contents as at the beginning of the log. */
+/* begin_log() starts to log changes of RAM; ram_unchanged() returns true if RAM has the same contents as
+ * then. */
 void poll_skip_begin_log(Chip *chip);
 bool poll_skip_ram_unchanged(const Chip *chip);
 /* Handle a read of a register whose value is constant until until_ps. Return true if time was skipped and
@@ -135,8 +141,8 @@ void idle_skip_create(Chip *chip);
 /* Execute or skip at most `instructions` in a known or suspected loop. Return false, without effect,
  * outside of such a loop. */
 bool idle_skip_execute(Chip *chip, int64_t instructions);
-/* Called after a run. If the run was long and accessed nothing, suspect an idle loop, and check half as
- * often from then on. */
+/* Call after a run. Suspect an idle loop if the run was long and accessed nothing. After a full interval,
+ * double it, up to a limit that is higher while a loop is suspected. */
 void idle_skip_check(Chip *chip);
 
 #endif

@@ -29,7 +29,8 @@ typedef struct {
   uint32_t (*read)(int64_t now_ps, uint32_t address, uint32_t size);
   void (*write)(int64_t now_ps, uint32_t address, uint32_t size, uint32_t value);
   void (*note)(int64_t now_ps, int32_t peripheral, int32_t kind, const char *text);
-  /* Return 0 if the access is harmless, so that a later one is reported. */
+  /* Return 0 if the access was harmless and is not reported; a later access to this register may still be
+   * reported. */
   int32_t (*ignored_access)(int64_t now_ps, int32_t peripheral, uint32_t offset, int32_t what, uint32_t value);
   /* Core registers are still those of the faulting instruction. */
   void (*fault)(int64_t now_ps, int32_t exception, uint32_t cfsr, uint32_t hfsr, uint32_t address);
@@ -49,14 +50,16 @@ struct Chip {
   /* Read by Python, in this order (library.py). */
   int64_t now_ps;       /* time of the current access or event */
   int64_t host_next_ps; /* earliest event of Python's clock */
-  int64_t until_ps;     /* end of the validity of the last value read in or by Python */
+  /* time until which the last value is valid that Python returned, or that Python read from a peripheral
+     in C */
+  int64_t until_ps;
   int64_t must_stop;    /* end the run after this instruction: error or request in a callback */
   int64_t detailed;     /* the trace records bus transfers and chip-select edges */
   int64_t work;         /* since power-on, in units of work.h */
   int64_t work_limit;
-  int64_t observed; /* the trace needs its events at once */
+  int64_t observed; /* the trace needs events at once; otherwise output edges are only recorded (gpio.c) */
 
-  int32_t bare; /* all registers are Python's, as in fcu_execute() */
+  int32_t bare; /* no peripherals in C: Python handles all registers (fcu_execute()) */
   Host host;
   Clocks clocks;
 
@@ -73,7 +76,7 @@ struct Chip {
   PythonRegisters python_registers;
   Costs costs;
 
-  /* next_ps: earliest scheduled event; due_ps: earliest of all. */
+  /* next_ps: earliest event that is not deferred; due_ps: earliest event of both kinds. */
   int64_t next_ps, due_ps;
   int64_t event_ps[EVENTS];
   uint64_t event_order[EVENTS], order, deferred;

@@ -18,8 +18,8 @@
 /* Return a chip before power-on, with erased flash, or NULL if the host has no memory. */
 Chip *fcu_create(const Host *host);
 void fcu_destroy(Chip *chip);
-/* Call these before power-on. They set the cycles per instruction as a fraction, and whether waiting loops
- * are skipped. */
+/* Call before power-on. Set the cycles per instruction (a fraction), and whether poll and idle loops are
+ * skipped. */
 void fcu_configure(Chip *chip, int64_t cycles_num, int64_t cycles_den, int32_t skip);
 /* FLASH_SIZE, RAM_SIZE and SYSTEM_MEMORY_SIZE bytes. After changing code call fcu_invalidate_code(). */
 uint8_t *fcu_flash(Chip *chip);
@@ -40,12 +40,13 @@ void fcu_set_thumb(Chip *chip, int32_t thumb);
 void fcu_start(Chip *chip);
 /* Run up to and including at_ps; return enum Ended. */
 int32_t fcu_run_until(Chip *chip, int64_t at_ps);
-/* Execute at most `instructions` without time, exceptions and peripherals in C; return enum Stop. step_over: ignore
- * a breakpoint on the first one. */
+/* Execute at most `instructions`, without time and exceptions, and with all registers in Python; return enum
+ * Stop. step_over: ignore a breakpoint on the first one. */
 int32_t fcu_execute(Chip *chip, int64_t instructions, int32_t step_over);
 /* Call it in a callback, to end fcu_execute() after the current instruction. */
 void fcu_end_run(Chip *chip);
-/* The latest fcu_execute(): its instructions (a faulting one counts), and the address of a refused access. */
+/* Return the number of instructions of the latest fcu_execute(), including a faulting one, and the address
+ * of a refused access. */
 int64_t fcu_executed(const Chip *chip);
 uint32_t fcu_fault_address(const Chip *chip);
 /* Reset after the current instruction. fcu_reset_now() resets at once, while halted. */
@@ -87,11 +88,13 @@ typedef struct {
   int64_t now_ps;
   int64_t retired;
   int64_t skipped;
-  int64_t accesses; /* to registers with side effects or changing values */
+  /* accesses to registers; fast reads of memory-like peripherals (bus.c) and redundant writes are not
+     counted */
+  int64_t accesses;
   int64_t thread_ps;
   uint64_t pending[2], enabled[2], active[2]; /* bit = exception number */
   int64_t execution_priority;                 /* ARMv7-M ARM B1.5.4; 256: none */
-  uint32_t lowest_msp;                        /* main stack at exception entries */
+  uint32_t lowest_msp;                        /* lowest main stack pointer after an exception entry */
   uint32_t locked_up, locked_up_pc;
   uint32_t asleep;
 } Status;
@@ -143,8 +146,8 @@ void fcu_gate_python(Chip *chip, uint32_t address, int32_t clocked);
 void fcu_gate(Chip *chip, uint64_t peripherals, uint64_t clocked);
 int32_t fcu_is_clocked(const Chip *chip, int32_t index);
 void fcu_reset_peripherals(Chip *chip, uint64_t peripherals);
-/* Read a word regardless of the clock: with side effects, and chip->until_ps set to the end of its validity; or
- * without side effects. */
+/* Read a word regardless of the peripheral's clock. read: with side effects; sets chip->until_ps to the end
+ * of the value's validity. peek: without side effects. */
 uint32_t fcu_read_peripheral(Chip *chip, int32_t index, uint32_t offset);
 uint32_t fcu_peek_peripheral(Chip *chip, int32_t index, uint32_t offset);
 /* Return 1 if a read has no side effect and the value does not change continuously. */
@@ -164,9 +167,9 @@ void fcu_set_alternate(Chip *chip, int32_t port, int32_t pin, int32_t function);
 
 /* port is an index in "ABCDEH". */
 void fcu_connect_pins(Chip *chip, const PinCalls *calls);
-/* Output edges that were recorded while the trace is not observed. Take the latest ones, the oldest first;
- * *lost is the number of dropped edges. */
+/* Return the number of output edges that were recorded while the trace is not observed. */
 int64_t fcu_pending_edges(const Chip *chip);
+/* Copy the latest `size` edges in order of time; *lost is the number of dropped edges. */
 int64_t fcu_take_edges(Chip *chip, Edge *edges, int64_t size, int64_t *lost);
 /* Call changed() when the pin's input level changes. */
 void fcu_watch_pin(Chip *chip, int32_t port, int32_t pin);
@@ -174,7 +177,7 @@ void fcu_watch_pin(Chip *chip, int32_t port, int32_t pin);
 void fcu_frequent_pin(Chip *chip, int32_t port, int32_t pin);
 /* Set the level of all external drivers together; -1 if none drives the pin. */
 void fcu_drive_pin(Chip *chip, int32_t port, int32_t pin, int32_t level);
-/* Return -1 for none. */
+/* Return -1 if the pin has no output level, no pull resistor, or no alternate function. */
 int32_t fcu_pin_output(const Chip *chip, int32_t port, int32_t pin);
 int32_t fcu_pin_pull(const Chip *chip, int32_t port, int32_t pin);
 int32_t fcu_pin_alternate(const Chip *chip, int32_t port, int32_t pin);
@@ -189,8 +192,8 @@ const TickCounts *fcu_timer_counts(const Chip *chip, int32_t index);
 double fcu_timer_rate(const Chip *chip, int32_t index);
 /* Return the next time when a flag of SR may be set. */
 int64_t fcu_timer_next_change(const Chip *chip, int32_t index);
-/* Return frequency and duty of channel 1 to 4. The result is 1 if they are set, 0 without PWM output, -1
- * if the channel does not exist. */
+/* Set *frequency_hz and *duty of channel 1 to 4. Return 1 if the channel has a PWM output, 0 if it has none,
+ * -1 if the channel does not exist. */
 int32_t fcu_timer_pwm(const Chip *chip, int32_t index, int32_t channel, double *frequency_hz, double *duty);
 
 /* -- USARTs by index: usart.c ------------------------------------------------------------------------- */
@@ -223,19 +226,20 @@ SensorRegisters *fcu_connect_targets(Chip *chip, const TargetCalls *calls);
 int32_t fcu_add_target(Chip *chip, const uint64_t *version, int32_t increment_bit);
 /* number: 0 for I2C1. speed_hz: the initial speed. shortest_ps: the shortest period of the bus. */
 void fcu_connect_i2c(Chip *chip, int32_t number, const I2cCalls *calls, int64_t speed_hz, int64_t shortest_ps);
-/* which: 0 or 1. Without pins the bus is always connected. */
+/* which: 0 for SCL, 1 for SDA. An I2C for which no pin is set is always connected. */
 void fcu_i2c_pin(Chip *chip, int32_t number, int32_t which, int32_t port, int32_t pin, int32_t function);
 I2cWire *fcu_i2c_wire(Chip *chip, int32_t number);
 
 /* -- SPI: spi_line.c; spi: 0 for SPI1 -------------------------------------------------------------------- */
 
-/* Add a sensor, at most SPI_SENSORS. target: a result of fcu_add_target(). */
+/* Connect an SPI to the sensors' bus in Python. */
 void fcu_connect_spi(Chip *chip, int32_t spi, const SpiCalls *calls);
+/* Add a sensor, at most SPI_SENSORS. target: a result of fcu_add_target(). */
 void fcu_add_spi_sensor(Chip *chip, int32_t spi, int32_t port, int32_t pin, int32_t target);
 /* Add a module that is not fitted. on_access() is called once, when firmware first sends to it. */
 void fcu_add_absent_spi_device(Chip *chip, int32_t spi, int32_t port, int32_t pin, void (*on_access)(int64_t now_ps));
-/* Take the oldest recorded message or unaddressed byte. Return 0 if there is none. At most SPI_RECENT are
- * kept. */
+/* Take the oldest recorded message, or the oldest byte that was sent while no chip select was low. Return 0
+ * if there is none. Only the latest SPI_RECENT are recorded. */
 int32_t fcu_take_spi_message(Chip *chip, int32_t spi, SpiMessage *message);
 int32_t fcu_take_spi_unaddressed(Chip *chip, int32_t spi, SpiUnaddressed *unaddressed);
 

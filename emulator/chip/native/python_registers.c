@@ -1,8 +1,8 @@
 /* Cache of registers in Python, because a call of Python takes as long as hundreds of instructions.
  *
- * A value without side effects is valid until the time returned with it, or until a call that may change one of
- * Python's registers. Addresses without register or clock are reported once, then ignored in C. Entries with the
- * same hash replace each other.
+ * The value of a read without side effects is valid until the time returned with it, or until a call that may
+ * change a register in Python. Addresses without register or clock are reported once, then ignored in C.
+ * Entries with the same hash replace each other.
  */
 #include "bus.h"
 #include "fcu.h"
@@ -20,13 +20,14 @@ bool python_registers_is_ignored(const Chip *chip, uint32_t address, enum Ignore
 }
 
 void python_registers_ignore(Chip *chip, uint32_t address, enum IgnoreReason kind) {
-  poll_skip_invalidate(&chip->poll_skip); /* an address that another one replaces will be reported again */
+  /* the replaced address must be reported again, so its cached value must not be used */
+  poll_skip_invalidate(&chip->poll_skip);
   chip->python_registers.ignored[hash(address, IGNORED_SLOTS)] = address | kind;
 }
 
 static uint32_t harmless_slot(uint32_t address, uint32_t value) {
-  return hash(address ^ value ^ value >> 16, HARMLESS_SLOTS); /* the upper half of the address would not
-                                                                 reach the bits of the hash */
+  return hash(address ^ value ^ value >> 16, HARMLESS_SLOTS); /* the hash uses only the lower 22 bits, so the
+                                                                 upper half of the value is folded into them */
 }
 
 bool python_registers_is_harmless(const Chip *chip, uint32_t address, uint32_t value) {

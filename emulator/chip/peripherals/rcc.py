@@ -260,7 +260,8 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         self._starting: dict[str, Event] = {}
         self._check: Event | None = None
         self._pll_hz = self._pll_nominal_hz = 0
-        self._adopted: tuple[Frequencies, tuple[int, int, int]] | None = None  # and the low-speed ones
+        # the frequencies in use, and those of the low-speed oscillators
+        self._adopted: tuple[Frequencies, tuple[int, int, int]] | None = None
         self._adopt(frequencies(oscillators.hsi_hz, 0), frequencies(HSI_HZ, 0))
 
     # -- for the other peripherals ---------------------------------------------------------------------------

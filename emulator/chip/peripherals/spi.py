@@ -173,7 +173,8 @@ class SpiWire:
             kept.bytes_read(),
         )
         if target >= 0 and not sensor.received:
-            self._chip.targets.sync_position(target)  # of an earlier message
+            # take over the position that an earlier message has left in C
+            self._chip.targets.sync_position(target)
         sensor.target.select()
         sensor.target.write(bytes(sensor.written), self.mode)
         if target >= 0 and sensor.received:

@@ -49,7 +49,7 @@ class Reports:
         write_atomically(self._folder / "grade.json", graded.to_json())
         write_atomically(
             self._folder / "grades.csv", "\ufeff" + grades_csv(graded)
-        )  # otherwise Excel guesses
+        )  # with a byte order mark, because Excel would otherwise guess the encoding
         write_atomically(self._folder / "junit.xml", junit_xml(graded))
         write_atomically(self.index, class_page(graded))
         pages = {f"{one.report}.html" for one in graded.submissions}

@@ -49,8 +49,8 @@ INLINE bool is_aligned(const Core *core, uint32_t address) {
 }
 static inline bool is_aligned_slow(Core *core, uint32_t address) { return core_is_aligned(core, address); }
 
-/* Both paths of an operation that calls access(core, insn, address) or access_slow(). `afterwards` runs only after
- * success: a fault leaves the base register unchanged. */
+/* Define an operation that calls access(core, insn, address), and its slow path, which calls access_slow().
+ * `afterwards` runs only after success: a fault leaves the base register unchanged. */
 #define DEFINE_ACCESS(name, access, to, afterwards)  \
   SLOW_OPERATION(name##_slow) {                      \
     uint32_t address = to;                           \

@@ -46,7 +46,8 @@ OPERATION(bx) {
   TAIL enter_block(core, next, budget);
 }
 
-/* The chip has no ARM state: bit 0 of PC is clear. */
+/* BX PC branches to an address with bit 0 clear, which selects the ARM state. The chip lacks it, so the
+ * next fetch faults. */
 OPERATION(bx_pc) {
   const Insn *next = bx_write_pc(core, insn->imm);
   TAIL enter_block(core, next, budget);
@@ -89,7 +90,9 @@ static bool decode_exchange(uint32_t address, uint16_t first, Insn *insn) {
   return bits(first, 2, 0) == 0;
 }
 
-/* -- IT: decode_cache.c inserts the conditions. A failed one takes a cycle (Cortex-M4 TRM 3.3.1) and is counted  */
+/* -- IT ------------------------------------------------------------------------------------------------
+ * decode_cache.c inserts the conditions. An instruction whose condition fails takes a cycle (Cortex-M4 TRM
+ * 3.3.1) and is counted. */
 
 #define DEFINE_SKIP_UNLESS(name, condition)  \
   OPERATION(skip_unless_##name) {            \

@@ -4,9 +4,10 @@
 
 #include "cpu/dispatch.h"
 
-/* Skip insn->shift steps if the condition does not hold (A7.3.1). */
+/* Return an operation that skips insn->shift steps if the condition does not hold (A7.3.1). */
 Operation skip_unless(unsigned condition);
-/* Set core->it_mask to a condition with an even number. */
+/* Return an operation that sets core->it_mask for the even condition of a pair; for the odd one insn->a
+ * inverts the mask. */
 Operation mask_operation(unsigned condition);
 
 #endif

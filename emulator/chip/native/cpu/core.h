@@ -48,8 +48,8 @@ enum InsnFlag {
   DIRECT_BRANCH = 4, /* its target is imm */
   UNCONDITIONAL = 8, /* ignores the condition of its IT block */
   IS_IT = 16,        /* imm: ITSTATE */
-  READS_PC = 32,     /* although UNPREDICTABLE */
-  WRITES_SP = 64,    /* or PC: the lowest bits are cleared (B1.4.1) */
+  READS_PC = 32,     /* has R15 as an operand, which is UNPREDICTABLE */
+  WRITES_SP = 64,    /* writes SP or PC, whose lowest bits must be cleared (B1.4.1) */
   LITERAL = 128,     /* loads the word at imm to d */
 };
 
@@ -59,7 +59,7 @@ enum Shift { LSL, LSR, ASR, ROR, RRX }; /* SRType (A7.4.2) */
 
 /* The reason why a run ended; the values are those of bare_core.py. */
 enum Stop {
-  STOP_SLICE,      /* all instructions, or fcu_end_run() */
+  STOP_SLICE,      /* counter has reached limit */
   STOP_BREAKPOINT, /* before the instruction */
   STOP_WFI,        /* pc is after the instruction, as for the next two */
   STOP_WFE,
@@ -103,7 +103,7 @@ struct Core {
   uint64_t chain_end;
   uint64_t chain_limit; /* maximum of chain_end */
   const Insn *insns;
-  const Insn *unresolved_link; /* the link by which the last chain was left without a destination, or NULL */
+  const Insn *unresolved_link; /* the unresolved link at which the last chain ended, or NULL */
   uint8_t *ram;
   const uint8_t *flash;
   /* Offsets below which access.h needs no check; 0: check all. */
@@ -142,8 +142,9 @@ struct Core {
 
 /* End the run at this count. Call it in an access or at the end of a chain. */
 static inline void core_set_limit(Core *core, uint64_t limit) { core->limit = limit; }
-/* Handle a change of PRIMASK, BASEPRI or FAULTMASK, which may hold back an exception. */
+/* Return whether an exception is enabled and pending. */
 bool core_exception_pending(const Core *core);
+/* Handle a change of PRIMASK, BASEPRI or FAULTMASK. */
 void core_masks_changed(Core *core);
 void core_send_event(Core *core);
 
@@ -152,13 +153,15 @@ void core_invalidate_code(Core *core, uint32_t address, uint32_t size);
 /* -- bus.c: after sync_state() ------------------------------------------------------------------------ */
 
 /* Return false if the address has no memory; the run then stops on the instruction. size is 1, 2 or 4.
- * Unaligned accesses are split as on the bus. Peripherals may change limit and code. */
+ * Unaligned accesses are split as on the bus. A register access may lower core->limit and discard decoded
+ * code. */
 bool core_read(Core *core, uint32_t address, unsigned size, uint32_t *value);
 bool core_write(Core *core, uint32_t address, unsigned size, uint32_t value);
 /* Return false after a fault. LDM, STM, LDRD, STRD and VFP transfers must be aligned regardless of CCR
  * (A3.2.1). */
 bool core_is_aligned(Core *core, uint32_t address);
-/* Handle a write of DMA or a debugger to RAM. */
+/* Discard decoded code that a write to RAM has changed. The fast path of stores is off while RAM has
+ * decoded code. */
 void core_ram_written(Core *core, uint32_t address, uint32_t size);
 /* Return NULL for an address outside of the memory. */
 const uint8_t *core_bytes_at(const Core *core, uint32_t address, uint32_t size);

@@ -30,13 +30,13 @@ void cycle_clock_create(CycleClock *cycle_clock, int64_t cycles_num, int64_t cyc
 int64_t cycle_clock_wide_ps(const CycleClock *cycle_clock, int64_t count);
 /* Return the first count at at_ps or later. */
 int64_t cycle_clock_count_at(const CycleClock *cycle_clock, int64_t at_ps);
-/* Between runs: move the origin to the present before counts exceed 64 bits; times do not change. With clock errors,
- * the limit is a tenth of a second. */
+/* Call between runs. Move the origin to the present before products exceed 64 bits; times do not change. If
+ * an oscillator has an error, num and den are large, and the limit is reached within a tenth of a second. */
 void cycle_clock_move_origin(CycleClock *cycle_clock);
 /* Between runs: add cycles of exception entry and return. */
 void cycle_clock_add_cycles(CycleClock *cycle_clock, int cycles);
 void cycle_clock_sleep_until(CycleClock *cycle_clock, int64_t at_ps);
-/* Change HCLK `running` instructions after the start of the current run. */
+/* Set HCLK from at_ps on, while the current run has executed `running` instructions. */
 void cycle_clock_set_rate(CycleClock *cycle_clock, int64_t hclk_hz, int64_t at_ps, int64_t running);
 
 /* Return the time after n more instructions. For n = -1: the start of the current one. */

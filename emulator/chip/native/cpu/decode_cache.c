@@ -32,7 +32,8 @@ OPERATION(resolve_link) {
   core->unresolved_link = insn;
 }
 
-/* Inserted before an instruction that may not read PC (UNPREDICTABLE): here PC reads as the instruction's address. */
+/* Inserted before an instruction with R15 as an operand, although this is UNPREDICTABLE: here PC reads as
+ * the instruction's address. */
 COMPUTATION(set_pc, core->r[15] = insn->address)
 
 COMPUTATION(align_sp, core->r[13] &= ~3u)
@@ -106,7 +107,8 @@ static void emit_links(BlockBuilder *builder, const Insn *last) {
   }
 }
 
-/* IT itself can be the condition of its first instruction. */
+/* If IT is the preceding step, it becomes the conditional skip of its first instruction; otherwise a skip
+ * is inserted. */
 static Insn *emit_condition(BlockBuilder *builder) {
   Insn *before = builder->at - 1;
   Insn *condition = before->flags & IS_IT ? before : emit(builder, NULL);
@@ -114,7 +116,8 @@ static Insn *emit_condition(BlockBuilder *builder) {
   return condition;
 }
 
-/* it_mask is set once for consecutive instructions with one condition; for the first ones IT sets it. */
+/* Consecutive predicated instructions share one it_mask. A step before the first of them sets it, which
+ * may be the IT itself. */
 static void emit_predicated(BlockBuilder *builder, Insn insn) {
   Insn *before = builder->at - 1;
   if (before->flags & IS_IT) {
@@ -146,8 +149,9 @@ static bool emit_next(BlockBuilder *builder, bool is_first, bool may_continue) {
   }
   Insn insn = decode_at(builder->core, memory, builder->address, builder->it), *condition = NULL;
   bool rest_of_it = it_advance(builder->it);
-  if (rest_of_it && insn.flags & ENDS_BLOCK) { /* not the last of its IT block:
-                                                  UNPREDICTABLE for a branch, rare for others */
+  if (rest_of_it && insn.flags & ENDS_BLOCK) { /* end the block: a branch before the end of an IT block is
+                                                  UNPREDICTABLE, and other such instructions are rare, so they
+                                                  are executed one by one */
     emit(builder, return_to_loop);
     return false;
   }
@@ -191,7 +195,7 @@ static Memory *memory_at(Core *core, uint32_t address) {
   return NULL;
 }
 
-/* The current chain also ends after this instruction. */
+/* Discard all blocks, and end the current chain after this instruction. */
 static void flush(Core *core) {
   DecodeCache *cache = core->decode_cache;
   int64_t work = WORK_DECODE * (int64_t)cache->used;
@@ -273,7 +277,8 @@ const Insn *decode_cache_block(Core *core, const Memory *memory, uint32_t addres
 
 const Insn *decode_cache_prefix(Core *core, const Insn *block, unsigned count) {
   Insn *prefix = core->decode_cache->prefix;
-  unsigned most = block->remaining - count; /* minimum number of skipped instructions */
+  /* the rest, which is left out of the prefix, has at least this number of instructions */
+  unsigned most = block->remaining - count;
   const Insn *rest = block;
   for (const Insn *insn = block + 1; insn->remaining >= most; insn++) {
     bool begins = insn->address != insn[-1].address && !insn->it;

@@ -1,8 +1,8 @@
 /* DecodeCache: basic blocks of decoded instructions, up to one that may change PC.
  *
- * A block begins at any address that execution has reached. It has other steps between the instructions, such as the
- * conditions of IT blocks, and ends with a link to the following address and after a branch a second one to its
- * target, resolved when first used; or with a return to the loop.
+ * A block begins at any address that execution has reached. Between the instructions it has other steps, such
+ * as the conditions of IT blocks. It ends with a link to the following address, or with a return to the loop.
+ * After a direct branch a second link leads to the target. A link is resolved when it is first used.
  *
  * When code changes or the storage is full, all blocks are discarded.
  */
@@ -16,7 +16,8 @@ enum CodeFlag { DECODED = 1, BREAKPOINT = 2, LOGGED = 4 };
 bool decode_cache_create(Core *core);
 void decode_cache_destroy(Core *core);
 
-/* Return the block, and resolve the link that execution came from. */
+/* Return the block at the address, and build it if it is missing. Resolve core->unresolved_link if it
+ * leads to this address. */
 const Insn *decode_cache_block(Core *core, const Memory *memory, uint32_t address);
 /* Return at most `count` instructions of a block and a return to the loop, or NULL if an IT block does not
  * fit. */

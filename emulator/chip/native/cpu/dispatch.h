@@ -1,10 +1,11 @@
 /* Threaded code: an operation ends with a call of the next one, which becomes a jump. One shared jump in a loop
  * would be predicted badly. The arguments stay in host registers.
  *
- * Instructions are counted once per block, at its entry: budget is how many may begin after it. Inside a chain
- * counter and r[15] are outdated, until sync_state() updates them (core->chain_end is counter + budget;
- * insn->remaining were counted in advance), and itstate is 0. run_loop.c divides a block that exceeds the budget.
- * The budget is some hundred instructions, because a compiler may turn the jumps into calls.
+ * Instructions are counted when a block is entered: budget is the number of instructions that may begin after
+ * this block. Inside a chain counter and r[15] are outdated, until sync_state() updates them (core->chain_end
+ * is counter + budget; insn->remaining were counted in advance), and itstate is 0. run_loop.c divides a block
+ * that exceeds the budget. The budget is at most MAX_CHAIN, because a compiler may turn the jumps into calls,
+ * which use stack.
  */
 #ifndef FCU_DISPATCH_H
 #define FCU_DISPATCH_H
@@ -46,7 +47,8 @@ INLINE void exit_chain(Core *core, uint32_t address, int32_t budget) {
   core->r[15] = address;
 }
 
-/* Unresolved links use no budget. */
+/* A block begins only if the budget covers its instructions. A link that is not resolved has none, so it
+ * always runs. */
 INLINE void enter_block(Core *core, const Insn *insn, int32_t budget) {
   if (LIKELY(insn->remaining <= budget)) {
     TAIL insn->run(core, insn, budget - insn->remaining);

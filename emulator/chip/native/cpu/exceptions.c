@@ -27,7 +27,7 @@ enum { FRAME = 0x20, FLOATING_FRAME = 0x68, FLOATING_AREA = 0x20 };
 #define EXC_RETURN 0xFFFFFFE1u
 #define PADDED (1u << 9)
 #define IPSR 0x1FFu
-#define STORED_XPSR 0xFF0FFDFFu /* all but the padding bit */
+#define STORED_XPSR 0xFF0FFDFFu /* all but the padding bit and the reserved bits 23:20 */
 
 static const Fault STACKING = {BUS_FAULT, CFSR_STKERR, 0, 0}, UNSTACKING = {BUS_FAULT, CFSR_UNSTKERR, 0, 0},
                    INVALID_RETURN = {USAGE_FAULT, CFSR_INVPC, 0, 0}, NO_VECTOR = {HARD_FAULT, 0, HFSR_VECTTBL, 0};
@@ -298,7 +298,8 @@ bool exceptions_return(Chip *chip) {
   uint32_t exc_return = core->r[15] | 1;
   int number = (int)core->ipsr;
   if (!number) {
-    exceptions_fault(chip, (Fault){MEM_MANAGE, CFSR_IACCVIOL, 0, 0}); /* no special case in Thread mode */
+    /* in Thread mode EXC_RETURN is an ordinary address, which is execute-never */
+    exceptions_fault(chip, (Fault){MEM_MANAGE, CFSR_IACCVIOL, 0, 0});
     return false;
   }
   bool valid = is_valid(chip, exc_return, number);

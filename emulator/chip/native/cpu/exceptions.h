@@ -31,7 +31,7 @@ bool exceptions_end_wfi(const Chip *chip);
 void exceptions_finish_entry(Chip *chip);
 void exceptions_supervisor_call(Chip *chip);
 void exceptions_fault(Chip *chip, Fault fault);
-/* exception is 0 if it was not a fault. */
+/* Return the fault for a stop; its exception is 0 if the stop is not a fault. */
 Fault exceptions_fault_for(const Chip *chip, enum Stop stop);
 /* Return from an exception; PC contains EXC_RETURN. The result is true for sleep on exit. */
 bool exceptions_return(Chip *chip);

@@ -52,7 +52,7 @@ COMPUTATION(smlad, set_sum(core, insn, (int32_t)A + dual(core, insn, false)))
 COMPUTATION(smusd, set_sum(core, insn, dual(core, insn, true)))
 COMPUTATION(smlsd, set_sum(core, insn, (int32_t)A + dual(core, insn, true)))
 
-/* Rounded if shift is 1. */
+/* SMMUL, SMMLA, SMMLS: the result is rounded if bit 0 of shift is 1. */
 static uint64_t product(const Core *core, const Insn *insn) {
   return (uint64_t)((int64_t)(int32_t)N * (int32_t)M);
 }

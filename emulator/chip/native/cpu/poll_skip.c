@@ -33,10 +33,11 @@ void poll_skip_log_store(Chip *chip, uint32_t address, uint32_t old) {
     poll_skip->log[poll_skip->logged].address = address;
     poll_skip->log[poll_skip->logged].old = old;
   }
-  poll_skip->logged++; /* the log is full: states cannot be compared */
+  /* if this exceeds POLL_SKIP_LOGGED, the log is incomplete, and states cannot be compared */
+  poll_skip->logged++;
 }
 
-/* The first entry of a word in the log has its former value. This must be the present value. */
+/* RAM is unchanged if each logged word has again the value of its first entry in the log. */
 static bool ram_unchanged_since(const Chip *chip, uint32_t since) {
   const PollSkip *poll_skip = &chip->poll_skip;
   if (poll_skip->logged > POLL_SKIP_LOGGED) {

@@ -12,13 +12,13 @@
 
 enum Ended { ENDED_AT_TIME, ENDED_HALTED, ENDED_BY_HOST, ENDED_BY_WORK };
 enum Sleep { AWAKE, SLEEPS_WFI, SLEEPS_WFE };
-/* Others are Python's (cpu/core.py). */
+/* Python has more reset reasons (_REASONS in emulator/chip/cpu/core.py). */
 enum ResetReason { RESET_NONE, RESET_SYSRESETREQ };
 
 typedef struct {
   int64_t until_ps;
   int64_t slice_end_ps; /* end of the current run */
-  int64_t slice_end;    /* as cycle_clock.count */
+  int64_t slice_end;    /* value of cycle_clock.count at which the current run ends */
   int64_t executed;
   int32_t reset_reason;
   uint8_t running;

@@ -19,7 +19,7 @@ DEFINE_LOAD(ldrb, 8, uint8_t)
 DEFINE_LOAD(ldrsh, 16, int16_t)
 DEFINE_LOAD(ldrsb, 8, int8_t)
 
-/* Its lowest bits are 0 (B1.4.7). */
+/* LDR to SP: bits 1:0 of SP are 0 (B1.4.7). */
 #define DEFINE_LOAD_OF_SP(name, load)                                 \
   INLINE bool name(Core *core, const Insn *insn, uint32_t address) {  \
     uint32_t value;                                                   \

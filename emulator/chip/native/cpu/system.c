@@ -16,7 +16,7 @@ enum SpecialRegister {
 
 static bool privileged(const Core *core) { return in_handler(core) || !(core->control & NPRIV); }
 
-/* The masks have no effect in HardFault and NMI (B5.2.1, B5.2.3). */
+/* FAULTMASK cannot be set in NMI and HardFault (B5.2.1, B5.2.3). */
 static void set_faultmask(Core *core, uint32_t value) {
   core->faultmask = value && core->ipsr != NMI && core->ipsr != HARD_FAULT;
 }

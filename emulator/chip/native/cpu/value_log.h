@@ -12,24 +12,24 @@
 #define VALUE_LOG_REGISTERS 45 /* R0 to R12, S0 to S31 */
 #define VALUE_LOG_LATEST 65536 /* a power of two */
 #define VALUE_LOG_ADDRESSES 131072 /* a power of two: each halfword of the flash */
-#define VALUE_LOG_MOST 100 /* values of one instruction */
+#define VALUE_LOG_MOST 100 /* maximum number of logged values per instruction */
 
-/* number: 0 to 12 for R0 to R12, 13 to 44 for S0 to S31. pair: the other register of a pair of an even and
- * an odd number. */
+/* number: 0 to 12 for R0 to R12, 13 to 44 for S0 to S31. pair: value of the register with which this one
+ * forms an even-odd pair. */
 typedef struct {
   uint32_t address, number, value, pair;
 } LoggedValue;
 
-/* The memory is Python's (value_log.py). */
+/* Python allocates this struct and the values (value_log.py). */
 typedef struct ValueLog {
   uint64_t values; /* address of LoggedValue[capacity] */
   uint32_t capacity, count, lost;
   uint32_t address; /* address of the previous watched instruction, or 0 */
   uint32_t registers[VALUE_LOG_REGISTERS];
-  /* The last values by a hash of address and register. A value that was logged there before is not logged
-     again. */
+  /* The last logged value of each address and register, by a hash. An equal value is not logged again. */
   uint32_t keys[VALUE_LOG_LATEST], latest[VALUE_LOG_LATEST];
-  /* The number of values by a part of the address. The values of a loop cannot fill the log. */
+  /* The number of values logged for each instruction; VALUE_LOG_MOST limits it, so that a loop cannot fill
+   * the log. */
   uint8_t counts[VALUE_LOG_ADDRESSES];
 } ValueLog;
 

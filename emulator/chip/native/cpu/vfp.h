@@ -49,7 +49,7 @@ static inline uint32_t from_float(float value) {
   return result;
 }
 
-/* ExecuteFPCheck: a new context begins with FPDSCR, here 0. */
+/* ExecuteFPCheck(). A new context begins with FPSCR = FPDSCR, which is always 0 in this model. */
 static inline void use_floating_point(Core *core) {
   if (UNLIKELY((core->control & FLOATING_CONTEXT) != FLOATING_CONTEXT)) {
     core->control |= FLOATING_CONTEXT;

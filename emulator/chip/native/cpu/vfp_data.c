@@ -8,9 +8,8 @@
 #define D core->s[insn->d]
 #define RESULT(name, result) COMPUTATION(name, use_floating_point(core), D = result)
 
-/* The host's result can be used if FPSCR rounds to nearest and IXC, the only flag that ordinary operands
- * raise, is already set. A finite result of 2^-100 or more is not tiny, and flushed operands do not change
- * it. */
+/* The host's result is used if FPSCR rounds to nearest, does not flush (FZ = 0), and IXC, the only flag that
+ * ordinary operands raise, is already set. A finite result of 2^-100 or more is not tiny. */
 
 static inline bool host_is_exact(const Core *core) {
   return LIKELY((core->fpscr & (FPSCR_RMODE | FPSCR_FZ | FPSCR_IXC)) == FPSCR_IXC);

@@ -1,7 +1,7 @@
 /* Transfers of floating-point registers (ARMv7-M ARM A6.5 to A6.7).
  *
- * n: base; d: first S register (a D register is two); a: number of S registers. In these moves n and m are numbers of
- * core registers.
+ * n: base; d: first S register (a D register is two); a: number of S registers. In moves from and to the
+ * core, n and m are core registers.
  */
 #include "cpu/transfers.h"
 #include "cpu/vfp.h"
@@ -59,7 +59,7 @@ static bool decode_one(uint32_t address, uint16_t first, Insn *insn) {
   return true;
 }
 
-/* imm is the write-back; that of FLDMX has one more word. */
+/* imm: number of bytes that write-back adds; FLDMX and FSTMX count one word more than they transfer. */
 #define DEFINE_MULTIPLE_ACCESSES(suffix)                                              \
   INLINE bool vldm##suffix(Core *core, const Insn *insn, uint32_t address) {          \
     uint32_t words[32];                                                               \
@@ -99,7 +99,7 @@ DEFINE_MULTIPLE(vstm)
 
 static bool decode_vfp_multiple(uint16_t first, Insn *insn) {
   bool load = first & 0x10, back = first & 0x20, before = first & 0x100;
-  insn->a = (uint8_t)(insn->imm / 4); /* the number before it is rounded down for D registers */
+  insn->a = (uint8_t)(insn->imm / 4); /* number of words; the caller makes it even for D registers */
   if (before) {
     insn->run = load ? vldmdb_back : vstmdb_back;
   } else {

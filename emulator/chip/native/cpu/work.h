@@ -1,7 +1,8 @@
 /* Work: the cost of a run, which depends on the firmware only, not on the machine.
  *
- * A unit is an executed instruction, 2 to 3 ns in 2020; skipped waiting costs nothing. Other weights are
- * additional times, measured by tests/campaigns/heavy_bench.py. library.py adds calls of Python.
+ * One unit is the time of one executed instruction: 2 to 3 ns on a computer of 2020. Skipped loops cost
+ * nothing. The weights below are added for slow operations (measured by tests/campaigns/heavy_bench.py);
+ * library.py adds the weight of calls of Python.
  *
  * Decision: only slow operations are counted. Instructions need no counter: a run knows its number. A
  * limit on processor time would make verdicts depend on the machine.
@@ -26,7 +27,8 @@ enum {
   WORK_RESET = 20000,
 };
 
-enum { PAGES = 514, PAGE_OTG = 512, PAGE_PRIVATE = 513 }; /* kilobytes; OTG; the core's own */
+/* one page per kilobyte of peripherals (0 to 511), one for OTG, one for the core's private peripherals */
+enum { PAGES = 514, PAGE_OTG = 512, PAGE_PRIVATE = 513 };
 
 static inline int page_of(uint32_t address) {
   uint32_t offset = address - PERIPHERALS_BASE;
@@ -36,12 +38,12 @@ static inline int page_of(uint32_t address) {
   return address < PRIVATE_BASE ? PAGE_OTG : PAGE_PRIVATE;
 }
 
-/* work includes the effects of all occurrences. */
+/* times: number of occurrences; work: their total work, including work that they cause. */
 typedef struct {
   int64_t times, work;
 } Cost;
 
-/* Indices: page, peripheral, exception. */
+/* Kinds of cost. Accesses are counted by page, events by peripheral, exceptions by exception number. */
 enum CostKind { COST_INSTRUCTIONS, COST_ACCESSES, COST_EVENTS, COST_PYTHON_EVENTS, COST_EXCEPTIONS, COST_RESETS };
 
 #define COST_PERIPHERALS 48

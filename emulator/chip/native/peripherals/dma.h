@@ -10,7 +10,8 @@
 typedef struct {
   uint32_t control, items, peripheral, memory[2], fifo_control; /* CR, NDTR, PAR, M0AR, M1AR, FCR */
   uint32_t flags; /* bits of LISR or HISR */
-  /* Initial values. A circular transfer reloads the length, and enabling a completed stream does so, too. */
+  /* length: initial NDTR; a circular transfer reloads it, and so does enabling a completed stream. moved:
+   * items moved so far. size and steps: bytes. */
   uint32_t length, moved, size, peripheral_step, memory_step;
   int64_t copy_ps;   /* end of a memory-to-memory transfer */
   enum Request line; /* the line that it serves */

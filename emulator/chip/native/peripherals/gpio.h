@@ -24,7 +24,8 @@ typedef struct {
 } GpioPort;
 
 typedef struct {
-  void (*edge)(int64_t now_ps, int32_t port, int32_t pin, int32_t level); /* an output, while observed */
+  /* an output has changed; called only while the trace is observed */
+  void (*edge)(int64_t now_ps, int32_t port, int32_t pin, int32_t level);
   void (*changed)(int64_t now_ps, int32_t port, int32_t pin, int32_t level);
 } PinCalls;
 

@@ -169,7 +169,7 @@ static void continue_bus(I2c *i2c) {
   }
 }
 
-/* Received bytes in DR and shift register stay readable. */
+/* Clear TXE, BTF and a byte that waits to be sent. Received bytes stay readable. */
 static void end_of_sending(I2c *i2c) {
   if (i2c->sr2 & SR2_TRA) {
     i2c->sr1 &= ~(uint32_t)(SR1_TXE | SR1_BTF);
@@ -296,7 +296,7 @@ static void i2c_fire(Peripheral *peripheral) {
   }
 }
 
-/* Called at any point of a message. */
+/* Abort the message and reset the bus state; firmware may cause this at any point of a message. */
 static void clear(I2c *i2c) {
   event_cancel(i2c->peripheral.chip, i2c->event);
   i2c_wire_abort(i2c);

@@ -12,15 +12,19 @@
 /* A message from start to stop. Python reads this struct. */
 typedef struct {
   int64_t open;
-  int64_t live; /* Python handles the message; it has not received the bytes below */
+  /* Python handles the message and has received all of it except the bytes below, which C has read from
+     registers */
+  int64_t live;
   int64_t start_ps, end_ps;
   int64_t address, reading, target;
-  int64_t written, subaddress; /* number of written bytes, and the first one */
+  /* number of written bytes (0, 1, or 2 for two or more), and the first of them */
+  int64_t written, subaddress;
   int64_t count;               /* number of bytes that Python has not received */
   uint8_t bytes[I2C_BYTES];
 } I2cMessage;
 
-/* Callbacks into Python at the end of a byte. While message.open, each first processes the bytes that C has handled.
+/* Callbacks into Python at the end of a byte. If message.open, Python first takes over the bytes that C has
+   handled.
  */
 typedef struct {
   int32_t (*start)(int64_t now_ps, int32_t address, int64_t start_ps); /* returns enum Answer */
@@ -53,7 +57,7 @@ typedef struct {
   uint8_t nack_next;   /* LAST: the next byte is the last of the DMA transfer, and is not acknowledged */
   uint8_t dr_full;     /* a byte in DR waits for the shift register */
   uint8_t shift_full;  /* the last byte arrived while DR was full */
-  uint8_t acknowledge; /* ACK when the previous byte ended: with POS, the answer to this byte */
+  uint8_t acknowledge; /* value of ACK when the previous byte ended; with POS it answers the present byte */
   uint8_t shift;
   uint8_t reads_registers; /* bytes come from sensor_registers.h if possible */
   uint32_t last_sr1;
@@ -79,7 +83,7 @@ uint8_t i2c_wire_read(I2c *i2c);
 /* The message has ended with a stop condition at end_ps, or without one. */
 void i2c_wire_end(I2c *i2c, int64_t end_ps);
 void i2c_wire_abort(I2c *i2c);
-/* Return when a line held low is released; 0: none is. */
+/* Return the time at which the held line is released, or 0 if no line is held low. */
 int64_t i2c_wire_released_ps(const I2c *i2c);
 
 #endif

@@ -1,4 +1,4 @@
-/* The message on the wire of an I2C peripheral, read from the sensor's registers if possible.
+/* Messages on an I2C bus. C answers reads from the sensors' registers if possible.
  *
  * The bus is in Python (emulator/buses/i2c_wire.py), which is called at the end of each byte. A message "sub-address,
  * repeated start, read" of registers that C reads (sensor_registers.h) needs no call; Python fetches the message when

@@ -36,11 +36,11 @@ typedef struct {
   int16_t priority[EXCEPTIONS];
 } Nvic;
 
-/* An active line counts as rising. */
+/* Reset all state, including the levels of lines. A line that is set afterwards counts as a rising line. */
 void nvic_reset(Nvic *nvic);
 /* Return 0 if none is ready. */
 int nvic_highest_pending(const Nvic *nvic);
-/* This part decides on preemption (B1.5.4). */
+/* Return the group part of a priority, without the subpriority. It decides on preemption (B1.5.4). */
 int nvic_group_priority(const Nvic *nvic, int priority);
 /* ExecutionPriority() (B1.5.4). */
 int nvic_execution_priority(const Nvic *nvic, bool primask, uint32_t basepri, bool faultmask);

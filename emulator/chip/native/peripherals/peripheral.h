@@ -4,9 +4,10 @@
  * manual and lists functions that are NOT MODELLED, a PeripheralType, and X_create(). All state is plain data in the
  * struct, because a snapshot is a copy of the chip.
  *
- * chip->now_ps is the exact time of the current access or event. State is computed when it is read, or changed by an
- * event. A scheduled event ends the run of instructions: for interrupts, pins, DMA. A deferred event is carried out,
- * with its exact time and order, at the next access to a register, next event, or end of a run.
+ * chip->now_ps is the exact time of the current access or event. State is computed when it is read, or
+ * changed by an event. A scheduled event ends the run of instructions; use it if it may change an interrupt
+ * line, a pin or a DMA request. A deferred event is carried out, with its exact time and order, at the next
+ * access to a register, next event, or end of a run.
  */
 #ifndef FCU_PERIPHERAL_H
 #define FCU_PERIPHERAL_H
@@ -47,7 +48,8 @@ typedef struct {
   uint32_t (*read)(Peripheral *peripheral, uint32_t offset, int64_t *until_ps);
   /* Read the word without side effects. */
   uint32_t (*peek)(const Peripheral *peripheral, uint32_t offset);
-  /* Write the bits of mask, of a byte or half-word for such a store. value is masked already. */
+  /* Write the bits in mask, which covers a byte or a half-word if the store has this size. value is
+   * already masked. */
   void (*write)(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask);
   /* Restore the state after reset: system reset, or RCC_xxxRSTR. */
   void (*reset)(Peripheral *peripheral);
@@ -77,7 +79,7 @@ struct Peripheral {
 void peripheral_create(Chip *chip, Peripheral *peripheral, const PeripheralType *type, uint32_t base, uint32_t size,
                        const int16_t *offsets);
 
-/* The peripheral reports unknown offsets itself. */
+/* Pass accesses to all offsets to the peripheral, which reports unknown offsets itself. */
 void peripheral_set_all_registers(Peripheral *peripheral);
 
 static inline bool peripheral_has_register(const Peripheral *peripheral, uint32_t address) {

@@ -36,7 +36,7 @@ typedef struct {
   uint64_t held;   /* bytes held by block data update; bit number: the lowest six bits of the sub-address */
   uint64_t memory; /* address of the registers' bytes */
   uint8_t next[SUBADDRESSES];
-  uint8_t access[SUBADDRESSES]; /* enum RegisterAccess, plus the train's number */
+  uint8_t access[SUBADDRESSES]; /* enum RegisterAccess; ACCESS_OUTPUT + n for train n */
   uint64_t trains[OUTPUTS]; /* addresses; 0: none */
 } Bank;
 
@@ -72,7 +72,7 @@ bool target_is_readable(Chip *chip, const Target *target);
 void target_set_position(Chip *chip, const Target *target, uint8_t subaddress);
 /* Read the byte at the position; return false if Python must read it. */
 bool target_read(Chip *chip, Target *target, uint8_t *byte);
-/* Call Python for every bank again, because the bus has changed. */
+/* Get the target's bank from Python again before the next read, because the bus has changed. */
 void target_invalidate(Target *target);
 
 #endif

@@ -1,8 +1,9 @@
 /* SPI1 to SPI3 as master (RM0368 sections 20.3, 20.5).
  *
- * A byte takes eight periods of SCK. At its end, a deferred event (scheduled with an interrupt or DMA), spi_line.c
- * exchanges it. Directions: full duplex; one line out (BIDIMODE, BIDIOE) or in (BIDIMODE); receive-only (RXONLY). In
- * the last two SPE starts the clock; with one line in, BSY stays low (20.3.7).
+ * A byte takes eight periods of SCK. The end of a byte is a deferred event, or a scheduled one if an
+ * interrupt or DMA waits for it. Then spi_line.c exchanges the byte. Directions: full duplex; one line out
+ * (BIDIMODE, BIDIOE) or in (BIDIMODE); receive-only (RXONLY). In the last two SPE starts the clock; with one
+ * line in, BSY stays low (20.3.7).
  *
  * Decision: when an SPI only receives, its first byte starts when SPE is set. Each further byte starts when DR is
  * read while SPE is still set. A pulse of SPE gives exactly one byte, as ST's sensor driver expects, for any cycles per

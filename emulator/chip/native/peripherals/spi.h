@@ -88,7 +88,8 @@ void spi_create(Chip *chip);
 
 void spi_line_create(SpiLine *line);
 void spi_line_configure(Spi *spi, int32_t speed_hz, int32_t mode);
-/* Exchange a byte at its end. With three wires, bytes go in one direction only. */
+/* Exchange a byte with the selected sensors when its last bit has been clocked. With three wires, use
+ * spi_line_send() or spi_line_receive() instead. */
 uint8_t spi_line_exchange(Spi *spi, uint8_t out);
 void spi_line_send(Spi *spi, uint8_t out);
 uint8_t spi_line_receive(Spi *spi);

@@ -127,7 +127,8 @@ static void deselect_sensor(Spi *spi, SpiSensor *sensor) {
 
 static void chip_select_changed(Peripheral *peripheral, int pin, bool level) {
   Spi *spi = (Spi *)peripheral;
-  (void)level; /* not used: another port may also drive this pin */
+  /* not used: the call does not name the port, and chip selects on two ports may have the same pin number */
+  (void)level;
   for (int n = 0; n < spi->line.sensor_count; n++) {
     SpiSensor *sensor = &spi->line.sensors[n];
     bool is_high = peripheral->chip->gpio.ports[sensor->port].input >> sensor->pin & 1;

@@ -71,7 +71,7 @@ static uint32_t low_bits(unsigned count) { return count >= 32 ? WORD : (1u << co
 
 static uint32_t compare_flags(const TimVariant *variant) { return low_bits(variant->channels) << 1; }
 
-/* Missing registers read as 0. */
+/* Return the mask of the bits that exist in this timer's register; 0 if the register is missing. */
 static uint32_t bits_of(const TimVariant *variant, uint32_t offset) {
   return TIM_EXISTING[variant - VARIANTS][offset >> 2];
 }
@@ -333,7 +333,7 @@ static void load_preloaded(Tim *tim) {
   tim->prescale = REGISTER(tim, PSC) + 1;
   tim->repetition = REGISTER(tim, RCR);
   if (tim->mode == TIM_CENTRE && tim->index) {
-    tim->index = REGISTER(tim, ARR); /* top: falling half */
+    tim->index = REGISTER(tim, ARR); /* the update occurred at the top: continue there, in the falling half */
   }
   set_active_arr(tim, REGISTER(tim, ARR));
   for (int n = 0; n < tim->variant->channels; n++) {
@@ -457,7 +457,7 @@ static int64_t steps_to_update(const Tim *tim) {
   return steps_to_overflow(tim) + tim->repetitions_left * tim->overflow_period;
 }
 
-/* Count at most up to the next update. */
+/* Advance the counter by `steps`. If they reach an update, the caller calls update() next. */
 static inline void advance(Tim *tim, int64_t steps) {
   if (steps <= 0) {
     return;
@@ -473,7 +473,7 @@ static inline void advance(Tim *tim, int64_t steps) {
   }
 }
 
-/* Whole cycles repeat an update, because nothing is left to load. */
+/* Skip whole update periods at once: all are alike, because no preloaded value is left to load. */
 static void skip_cycles(Tim *tim, int64_t ticks) {
   if (!tim->running || !tim->preload_done || is_blocked(tim)) {
     return;
@@ -594,7 +594,9 @@ static uint32_t value_of(const Tim *tim, uint32_t offset) {
 /* Return a copy at the current time, without effects on the chip. */
 static Tim at_present(const Tim *tim) {
   Tim now = *tim;
-  REGISTER(&now, DIER) = 0; /* the flags of these have events, and none is due */
+  /* so that the copy causes no DMA request and no tick; enabled flags have events, and none of these is
+     due */
+  REGISTER(&now, DIER) = 0;
   catch_up(&now);
   REGISTER(&now, DIER) = REGISTER(tim, DIER);
   return now;
@@ -809,7 +811,8 @@ static const PeripheralType TIM = {
   .is_pure = tim_is_pure,
 };
 
-/* HAL writes to registers that smaller timers do not have. */
+/* All timers get the registers of TIM1, because HAL writes to registers that smaller timers lack; missing
+ * bits read as 0. */
 void timers_create(Chip *chip) {
   for (int n = 0; n < TIMERS; n++) {
     Tim *tim = &chip->timers.timers[n];
@@ -858,7 +861,7 @@ static double duty_below(const Tim *tim, uint32_t compare) {
   return share < 1 ? share : 1;
 }
 
-/* Return a negative number without PWM or constant level. */
+/* Return a negative number if the channel has neither PWM nor a constant level. */
 static double duty_of(const Tim *tim, const TimChannel *channel) {
   uint32_t mode = OCM(channel->settings);
   double active;

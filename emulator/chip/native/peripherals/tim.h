@@ -44,7 +44,8 @@ typedef struct {
   Divisor by_num;
   int64_t max_ps, max_ticks; /* products below need only 64 bits */
   int64_t origin_ps;
-  int64_t base_tick; /* time of the last count; while stopped, minus the phase */
+  /* tick of the last count; while the counter is stopped: minus the ticks since that count */
+  int64_t base_tick;
   uint32_t prescale, repetition, repetitions_left; /* active values of PSC + 1 and RCR */
   uint8_t running, updates_enabled, one_pulse;
   uint8_t preload_done; /* active registers equal preloaded ones */

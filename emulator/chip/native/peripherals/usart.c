@@ -6,9 +6,10 @@
  * Reading SR, then writing DR clears TC, as does writing 0; reading SR, then DR clears the ORE and IDLE that SR
  * showed (19.3, 19.6.1).
  *
- * NOT MODELLED, with a note: synchronous, smartcard, IrDA, LIN, half-duplex, hardware flow control, mute, break. NOT
- * MODELLED, silent: parity and the ninth bit have their time, but no contents; the idle frame after TE. Undefined in
- * RM0368: frames in flight finish when TE is cleared.
+ * NOT MODELLED, with a note: synchronous, smartcard, IrDA, LIN, half-duplex, hardware flow control, mute,
+ * break. NOT MODELLED, silent: parity and the ninth bit have their time, but no contents; the idle frame
+ * after TE. RM0368 does not define what happens to frames in flight when TE is cleared; here they are sent
+ * completely.
  */
 #include "fcu.h"
 

@@ -52,7 +52,7 @@ typedef struct {
   /* Frames of a gapless run, from number `first` on. detailed: the trace needs them. */
   void (*sent)(int64_t now_ps, int32_t peripheral, int64_t start_ps, int64_t num, int64_t den, int32_t connected,
                int64_t first, const uint8_t *bytes, int32_t length, int32_t detailed);
-  /* The last of these bytes was overwritten. */
+  /* The last byte that sent() has passed was overwritten in DR by value. */
   void (*replaced)(int64_t now_ps, int32_t peripheral, int32_t value);
 } UsartCalls;
 
