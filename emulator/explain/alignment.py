@@ -19,8 +19,10 @@ from fcu_emulator.emulator.explain.expression import (
     REPEATS,
     Evaluator,
     Name,
+    Negative,
     Node,
     Number,
+    Operation,
     Samples,
     children,
     names,
@@ -39,6 +41,7 @@ _LOOSE: Final = 1e-3
 """If the tolerance is above this share of the value, equality proves nothing, as for the sine of a large number."""
 _FIRST: Final = 5
 """Candidates for the first of two mistakes."""
+_VALUE_FACTORS: Final = (2.0, 0.5, 10.0, 0.1, 100.0, 0.01, 1000.0, 0.001)
 _DIGITS: Final = range(2, 8)
 """Digits of a constant: the smallest number of digits that gives the printed numbers is used."""
 
@@ -54,6 +57,8 @@ class Mistake:
     """Formula of the firmware."""
     addresses: tuple[int, ...]
     """Instructions that compute the wrong value, or one of its operands; may be empty."""
+    is_later: bool
+    """Whether the instructions compute a later step from the wrong value instead."""
     part: Node
     """The part of ``computed`` that differs from ``formula``."""
     part_addresses: tuple[int, ...]
@@ -174,16 +179,19 @@ class Alignment:
             exchanged = self._other_step(formulas, output, output, printed)
             if exchanged is not None:
                 return [exchanged]
-        for find in (self._computed, self._edited, self._with_constant):
-            for name in suspects:
+        chain = _in_order(formulas, output)[::-1]
+        for find, steps in (
+            (self._computed, suspects),
+            (self._zero, chain),
+            (self._other_step, chain),
+            (self._edited, suspects),
+            (self._with_constant, suspects),
+            (self._changed_value, chain),
+        ):
+            for name in steps:
                 mistake = find(formulas, name, output, printed)
                 if mistake is not None:
                     return [mistake]
-            if find == self._computed:
-                for name in reversed(_in_order(formulas, output)):
-                    mistake = self._other_step(formulas, name, output, printed)
-                    if mistake is not None:
-                        return [mistake]
         for name in suspects if depth > 1 else ():
             for first in self._candidates_in_log(formulas, name):
                 others = self._explained({**formulas, name: first.computed}, output, printed, depth - 1)
@@ -221,6 +229,24 @@ class Alignment:
                 continue
             if self._gives(formulas, name, Name(other), output, printed):
                 return self._mistake(formulas, name, Name(other), output)
+        return None
+
+    def _zero(self, formulas: Formulas, name: str, output: str, printed: PrintedNumbers) -> Mistake | None:
+        """Find a value in place of which the firmware uses 0."""
+        zero = Number(0.0)
+        gives = self._gives(formulas, name, zero, output, printed)
+        return self._mistake(formulas, name, zero, output) if gives else None
+
+    def _changed_value(
+        self, formulas: Formulas, name: str, output: str, printed: PrintedNumbers
+    ) -> Mistake | None:
+        """Find a simple change of a right value that the firmware uses in place of it: a sign or a factor."""
+        value = Name(name)
+        changes: list[Node] = [Negative(value)]
+        changes += [Operation("*", value, Number(factor)) for factor in _VALUE_FACTORS]
+        for computed in changes:
+            if self._gives(formulas, name, computed, output, printed):
+                return self._mistake(formulas, name, computed, output)
         return None
 
     def _computed(
@@ -318,7 +344,8 @@ class Alignment:
         addresses = self._of_operands(computed)
         if not addresses and not isinstance(computed, Name):
             addresses = self._addresses(samples)[:1]
-        if not addresses:
+        is_later = not addresses
+        if is_later:
             addresses = self._after(formulas, name, computed, output)
         expected, actual = self._last(right)[0], self._last(samples)[0]
         part = _different_part(formulas[name], computed)
@@ -327,6 +354,7 @@ class Alignment:
             formulas[name],
             simplified(computed),
             tuple(addresses),
+            is_later,
             part,
             tuple(self._addresses(self._evaluator(part))),
             expected,

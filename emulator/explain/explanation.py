@@ -16,7 +16,7 @@ from fcu_emulator.emulator.chip.diagnosis.printing import PrintedLines
 from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
 from fcu_emulator.emulator.chip.firmware import Limits
 from fcu_emulator.emulator.explain.alignment import Alignment, Formulas, Mistake, PrintedNumbers
-from fcu_emulator.emulator.explain.expression import Name, names, text
+from fcu_emulator.emulator.explain.expression import Name, Number, names, text
 from fcu_emulator.emulator.explain.probe import (
     POSES,
     InputRegister,
@@ -199,9 +199,11 @@ class _Explainer:
         step, computed = mistake.step, text(mistake.computed)
         site = self._site(mistake, output, line)
         place = self._place(site)
+        if place and mistake.is_later and isinstance(mistake.computed, Number):
+            place, site = f"before {place}", None
         if step == output.step and isinstance(mistake.computed, Name):
             summary = f"{place}{computed} is printed in place of {step}"
-        elif isinstance(mistake.computed, Name) and mistake.computed.name not in names(mistake.formula):
+        elif _is_other_value(mistake):
             summary = f"{place}{computed} is used in place of {step}"
         else:
             summary = f"{place}{step} is computed as {computed}"
@@ -292,6 +294,13 @@ class _Explainer:
             return printed.address(printed.lines[0].made_by) if printed.lines else None
         found = mistake.addresses or self._own(mistake.part_addresses)
         return found[-1] if found else None
+
+
+def _is_other_value(mistake: Mistake) -> bool:
+    """Return whether the firmware uses another value than that of the step, instead of computing it otherwise."""
+    used = set(names(mistake.computed))
+    is_name = isinstance(mistake.computed, Name) and used.isdisjoint(names(mistake.formula))
+    return is_name or used <= {mistake.step}
 
 
 def _start(places: Places, address: int) -> int:

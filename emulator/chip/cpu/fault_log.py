@@ -93,10 +93,8 @@ class FaultLog:
 
     def _record_lost_store(self, address: int) -> None:
         core = self._core
-        is_programming = (
-            core.peek(_FLASH_CR) or 0
-            # with PG set, firmware is programming the flash, and the order or size of its stores is wrong
-        ) & _PG
+        # with PG set, firmware is programming the flash, and the order or size of its stores is wrong
+        is_programming = (core.peek(_FLASH_CR) or 0) & _PG
         if self.lost_store is None and not is_programming:
             registers = CORE.unpack(core.core_state())
             self.lost_store = LostStore(core.clock.now_ps, address, registers, bytes(core.ram))
