@@ -30,6 +30,24 @@ def explained(
 
     Only failed checks that students see are explained, and only if the program runs and receives samples.
     """
+    try:
+        return _explained(evidence, firmware, rubric, results, limits)
+    except Exception as error:  # a mistake in the explanation must not cost a verdict
+        said = f"the wrong numbers cannot be explained: {type(error).__name__}: {error}; please report this"
+        cause = DiagnosedCause(kind="formula", summary=said, details=(), fatal=False)
+        return [
+            *evidence[:-1],
+            *(one.model_copy(update={"causes": (*one.causes, cause)}) for one in evidence[-1:]),
+        ]
+
+
+def _explained(
+    evidence: Sequence[RunEvidence],
+    firmware: str | Path | Callable[..., Any],
+    rubric: Rubric,
+    results: Mapping[str, CheckResult],
+    limits: Limits,
+) -> list[RunEvidence]:
     if rubric.explain is None or callable(firmware):
         return list(evidence)
     outputs: dict[str, list[ShownNumber]] = {}

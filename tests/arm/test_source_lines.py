@@ -87,6 +87,20 @@ def test_function_that_is_not_called_is_named(function: str, optimisation: str, 
     assert f"{function}()" in causes[0].summary
 
 
+def test_failed_explanation_costs_no_verdict(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_arguments: object) -> None:
+        raise ZeroDivisionError("nothing to divide")
+
+    monkeypatch.setattr("fcu_emulator.emulator.explain.explanation.explain_numbers", fail)
+    verdict = verdict_of(Mistake("by * cosf(roll)", "by * sinf(roll)", "3.yaw"), "O2", folder)
+
+    assert {one.check for one in verdict.checks if one.outcome == "failed"} >= {"3.yaw"}
+    (said,) = [
+        one.summary for run in verdict.evidence for one in run.causes if "ZeroDivisionError" in one.summary
+    ]
+    assert "nothing to divide" in said
+
+
 def test_run_shows_line_of_led(folder: Path) -> None:
     mistake = MISTAKES[0]
     change = Change("main.c", mistake.old, mistake.new)
