@@ -37,6 +37,7 @@ from fcu_emulator.sensors.lsm6dsl import LSM6DSL
 _GROUPS = (ACC, GYR, MAG, TILT, YAW, PRESSURE, ALTITUDE)
 _SHOWN = 90
 _READ = "ReadSensorRawData"
+_DIVISION = "an integer division"
 
 
 def explain(board: Board, recorder: TruthRecorder, after_failure: bool = False) -> list[Diagnosis]:
@@ -75,6 +76,12 @@ class _Where:
         found = PrintedLines(self._arm.image, places, line.text.encode("latin-1"))
         place = found.place(found.lines[0].made_by) if found.lines else ""
         return f"{place}: " if place else ""
+
+    def defined(self, function: str) -> str:
+        """Return the place of a function's first instruction, or an empty string."""
+        places = Places(self._arm.image) if self._arm is not None else None
+        start = places.address_of(function) if places is not None else None
+        return places.place(start) if places is not None and start is not None else ""
 
     def called(self, function: str) -> str:
         """Return the place at which the callback or main() calls a function, or an empty string."""
@@ -133,6 +140,8 @@ def _numbers(board: Board, lines: Sequence[LabLine], where: _Where) -> Iterator[
         if any(_READ in one for one in sentences) and (read := where.called(_READ)):
             call = re.compile(rf"({_READ}\([^)]*\))")
             sentences = tuple(call.sub(rf"\1 in {read}", one) for one in sentences)
+        if any(_DIVISION in one for one in sentences) and (power := where.defined("getAltitude")):
+            sentences = tuple(one.replace(_DIVISION, f"{_DIVISION} in {power}") for one in sentences)
         unit = MAG.unit if found.line.label == MAG.label else group.unit
         details = _shown(found.line), f"The truth is {truth} {unit}.", *sentences
         summary = f"{where.printed(found.line)}{found.summary}"
