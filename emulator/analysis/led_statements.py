@@ -32,7 +32,7 @@ def led_place(arm: ArmFirmware, switches: LedSwitches, led: str) -> str:
     """Return where the firmware switches a LED: ``main(), main.c:113 (on), main.c:115 (off)``, or ""."""
     statements = _Statements(arm)
     sites = {key: statements.callers(changes) for key, changes in switches.changes.items()}
-    numbers = {
+    numbers: dict[int | None, str] = {
         number: name
         for (name, _), found in sites.items()
         for one in found
@@ -97,16 +97,12 @@ class _Statements:
                 return call.address
         return None
 
-    def calls(self, name: re.Pattern[str], numbers: Mapping[int, str], led: str) -> Iterator[int]:
+    def calls(self, name: re.Pattern[str], numbers: Mapping[int | None, str], led: str) -> Iterator[int]:
         """Yield the statements that call a function of this name for a LED, by its number as first argument."""
         for function in self._functions():
             for site, target in calls_of(function, self._code):
-                switched = name.search(self.places.function_name(target))
-                if (
-                    switched
-                    and (number := self.first_argument(site)) is not None
-                    and numbers.get(number) == led
-                ):
+                is_switch = name.search(self.places.function_name(target))
+                if is_switch and numbers.get(self.first_argument(site)) == led:
                     yield site
 
     def first_arguments(self, name: re.Pattern[str]) -> Iterator[int]:

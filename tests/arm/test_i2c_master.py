@@ -158,7 +158,7 @@ def start_stream(bench: CommBench, stream: int, count: int, direction: int = 0) 
 
 
 @pytest.mark.parametrize("count", [2, 3, 6, 14])
-def test_dma_with_last_reads_same(count: int) -> None:
+def test_dma_with_last_reads_all_bytes(count: int) -> None:
     """RM0368 18.3.7: with LAST, the byte after the last but one transfer is not acknowledged."""
     bench, hal, memory = bench_with_memory()
     start_stream(bench, RX_STREAM, count)

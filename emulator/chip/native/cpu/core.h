@@ -60,8 +60,8 @@ enum Shift { LSL, LSR, ASR, ROR, RRX }; /* SRType (A7.4.2) */
 /* The reason why a run ended; the values are those of bare_core.py. */
 enum Stop {
   STOP_SLICE,      /* counter has reached limit */
-  STOP_BREAKPOINT, /* before the instruction */
-  STOP_WFI,        /* pc is after the instruction, as for the next two */
+  STOP_BREAKPOINT, /* pc is at the instruction */
+  STOP_WFI,        /* pc is after the instruction; so it is for STOP_WFE and STOP_SVC */
   STOP_WFE,
   STOP_SVC,
   STOP_BKPT,             /* on the instruction */
