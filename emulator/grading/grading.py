@@ -105,8 +105,9 @@ class Grader:
     def _task(self, submission: Submission, digests: dict[str, str]) -> tuple[Task, str]:
         with TemporaryDirectory(prefix="fcu-", ignore_cleanup_errors=True) as scratch:
             content = submission.content(Path(scratch), self.take)
-        log = None
+        log, sources = None, {}
         if not isinstance(content, SubmittedFirmware):
+            sources = dict(content.files)
             digests["source_digest"] = source_digest(content)
             built = self._builder().build(content)
             content, log = built.firmware, built.log
@@ -120,6 +121,7 @@ class Grader:
             code=code_digest(),
             build_log=log,
             limits=self.limits,
+            sources=sources,
         )
         return task, log or ""
 

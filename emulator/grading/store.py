@@ -49,6 +49,7 @@ class Store:
             hashlib.sha256(task.firmware).hexdigest(),
             task.seed,
             task.build_log,
+            task.sources_digest,
         ]
         key = hashlib.sha256(json.dumps(decides).encode()).hexdigest()
         return self._folder / key[:2] / f"{key}.json"

@@ -6,6 +6,7 @@ import functools
 import gc
 import hashlib
 import tempfile
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
@@ -13,7 +14,7 @@ from tempfile import TemporaryDirectory
 
 from fcu_emulator.emulator.errors import FirmwareFileError, InputError, NotJudgedError
 from fcu_emulator.emulator.grading.rubric import Rubric, load_rubric
-from fcu_emulator.emulator.grading.submissions import RejectedError
+from fcu_emulator.emulator.grading.submissions import RejectedError, SubmittedSource
 from fcu_emulator.emulator.host.isolation import WorkerLimits
 
 _ROOT = Path(__file__).parents[2]
@@ -39,6 +40,12 @@ class Task:
     code: str
     build_log: str | None = None
     limits: WorkerLimits | None = None
+    sources: Mapping[str, bytes] = field(default_factory=dict, repr=False)
+    """Source files by name, which explanations quote."""
+
+    @property
+    def sources_digest(self) -> str:
+        return SubmittedSource(self.sources).digest if self.sources else ""
 
 
 def judge_task(task: Task) -> str:
@@ -53,6 +60,8 @@ def judge_task(task: Task) -> str:
 
     try:
         with TemporaryDirectory(prefix="fcu-", ignore_cleanup_errors=True) as folder:
+            for name, data in task.sources.items():
+                (Path(folder) / _file_name(name)).write_bytes(data)
             path = Path(folder) / _file_name(task.name)
             path.write_bytes(task.firmware)
             try:

@@ -13,6 +13,7 @@ import pytest
 
 from fcu_emulator.emulator.grading.judge import judge
 from fcu_emulator.emulator.grading.rubric import load_rubric
+from fcu_emulator.emulator.grading.tasks import Task, code_digest, judge_task
 from fcu_emulator.emulator.grading.verdict import Verdict
 from tests.support.arm import student_programs
 from tests.support.arm.student_programs import FOLDER, Change, Program, build
@@ -99,6 +100,19 @@ def test_failed_explanation_costs_no_verdict(folder: Path, monkeypatch: pytest.M
         one.summary for run in verdict.evidence for one in run.causes if "ZeroDivisionError" in one.summary
     ]
     assert "nothing to divide" in said
+
+
+def test_graded_submission_quotes_its_source(folder: Path) -> None:
+    rubric = load_rubric("lab3")
+    elf = build(
+        Program("quoted", "", (Change("main.c", "by * cosf(roll)", "by * sinf(roll)"),)), "O2", folder
+    )
+    sources = {"main.c": (elf.parent / "main.c").read_bytes()}
+    task = Task(elf.read_bytes(), "lab3.elf", "lab3", rubric.digest, 0, code_digest(), sources=sources)
+    verdict = Verdict.from_json(judge_task(task))
+    details = [detail for run in verdict.evidence for cause in run.causes for detail in cause.details]
+
+    assert "main.c:43: float by2 = bz * sinf(roll) - by * sinf(roll);" in details
 
 
 def test_run_shows_line_of_led(folder: Path) -> None:
