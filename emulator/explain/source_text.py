@@ -11,7 +11,7 @@ from fcu_emulator.emulator.text import visible
 
 _LARGEST: Final = 1 << 20
 _LONGEST: Final = 90
-_SUFFIXES: Final = frozenset({".c", ".h", ".cc", ".cpp", ".cxx", ".hpp", ".s", ".S", ".inc"})
+SOURCE_SUFFIXES: Final = frozenset({".c", ".h", ".cc", ".cpp", ".cxx", ".hpp", ".s", ".S", ".inc"})
 
 
 def source_text(image: FirmwareImage, line: SourceLine | None) -> str:
@@ -24,7 +24,7 @@ def source_text(image: FirmwareImage, line: SourceLine | None) -> str:
     folder = image.path.parent.resolve()
     try:
         file = (folder / line.path.replace("\\", "/")).resolve()
-        if not file.is_relative_to(folder) or file.suffix not in _SUFFIXES or not file.is_file():
+        if not file.is_relative_to(folder) or file.suffix not in SOURCE_SUFFIXES or not file.is_file():
             return ""
         if file.stat().st_mtime > image.path.stat().st_mtime:
             return f"{line.file} has changed since {image.path.name} was built: build again."

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import tempfile
 from contextlib import suppress
+from itertools import islice
 from pathlib import Path
+from typing import Final
 
 from fcu_emulator.emulator.assembly.board import Board
+from fcu_emulator.emulator.explain.source_text import SOURCE_SUFFIXES
 from fcu_emulator.emulator.text import one_line
+
+_MOST_FILES: Final = 1000
 
 
 class FileWatch:
@@ -20,6 +25,15 @@ class FileWatch:
     @property
     def exists(self) -> bool:
         return self._loaded is not None or self._stamp() is not None
+
+    def sources(self) -> dict[str, str]:
+        """Return the paths of the source files in the file's folder, by name; {} if it cannot be read."""
+        folder = self.path.resolve().parent
+        try:
+            found = [one for one in islice(folder.iterdir(), _MOST_FILES) if one.suffix in SOURCE_SUFFIXES]
+        except OSError:
+            return {}
+        return {one.name: one.as_posix() for one in sorted(found)}
 
     def changed(self) -> bool:
         """Return True once per change, when two successive calls find the same file."""

@@ -178,13 +178,14 @@ class Hello(SessionEvent):
 class StatusEvent(SessionEvent):
     """Description of the board, sent initially and after each change.
 
-    ``run`` counts power-ons. ``state``: ``running``, ``paused``, ``failed`` or ``halted`` by a
-    debugger.
+    ``run`` counts power-ons. ``sources``: paths of the source files beside the firmware file, by name.
+    ``state``: ``running``, ``paused``, ``failed`` or ``halted`` by a debugger.
     """
 
     run: int
     firmware: str
     file: str
+    sources: dict[str, str]
     wiring: str
     scenario: str
     question: str

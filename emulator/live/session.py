@@ -507,6 +507,7 @@ class LiveSession:
             run=self.run_number,
             firmware=Path(board.booted.name).name if self._uploaded is None else self._uploaded.shown(board),
             file=str(self._file.path) if self._file and self._file.exists else "",
+            sources=self._file.sources() if self._file else {},
             wiring=board.booted.wiring.name,
             scenario=plan.name if plan else "",
             question=plan.question if plan else "",

@@ -139,6 +139,8 @@ def test_crash_or_hang_is_seen_at_once(program: str, place: str, browser: live.B
         until(page, "document.querySelector('#pace').textContent === 'stopped'")
         page.click("#failure >> text=Details")
         assert place in page.text_content("#pane-diagnosis")
+        link = page.locator("#pane-diagnosis a").first
+        assert link.get_attribute("href").startswith(f"vscode://file/{FOLDER.as_posix().lstrip('/')}/{program}.c:")
     finally:
         failing.close()
 

@@ -2,6 +2,7 @@
 
 import { button, el, setText } from "./dom";
 import type { Check, Checked, Exercise } from "./protocol";
+import { linked } from "./source";
 
 const STATES: Record<Checked["state"], string> = {
   checking: "checking…", done: "done", begun: "begun", "not yet": "not yet", unjudged: "not judged", error: "not judged",
@@ -65,7 +66,7 @@ export class ExerciseView {
     const problem = result?.problem ? `: ${result.problem}` : "";
     setText(this.outcome, result ? `${STATES[result.state]}${points}${problem}${result.outdated ? " (before the latest change)" : ""}` : "");
     this.outcome.hidden = !result;
-    const causes = (result?.causes ?? []).map(({ summary, details }) => el("li", { class: "cause" }, el("b", { "aria-hidden": "true" }, "!"), el("span", {}, summary, el("small", {}, details.join(" ")))));
+    const causes = (result?.causes ?? []).map(({ summary, details }) => el("li", { class: "cause" }, el("b", { "aria-hidden": "true" }, "!"), el("span", {}, ...linked(summary), ...details.map((text) => el("small", {}, ...linked(text))))));
     this.list.replaceChildren(...causes, ...(result?.checks ?? []).map(line));
     this.list.hidden = !this.list.children.length;
   }
@@ -74,7 +75,7 @@ export class ExerciseView {
 function line({ title, outcome, expected, seen, source, hint }: Check): HTMLElement {
   const more = [expected && `expected: ${expected}`, seen && `seen: ${seen}`, source && `line: ${source}`, hint && `hint: ${hint}`].filter((one) => one !== "");
   return el("li", { class: outcome === "passed" ? "met" : outcome === "unjudged" ? "open" : "failed", "data-outcome": outcome },
-    el("b", { role: "img", "aria-label": outcome }, SIGNS[outcome]), el("span", {}, title, ...more.map((text) => el("small", {}, text))));
+    el("b", { role: "img", "aria-label": outcome }, SIGNS[outcome]), el("span", {}, title, ...more.map((text) => el("small", {}, ...linked(text)))));
 }
 
 function short(points: number): string {

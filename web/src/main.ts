@@ -16,6 +16,7 @@ import { BusView, DiagnosisView, PinView, ScenarioView } from "./panels";
 import { Plot } from "./plot";
 import { RegisterView } from "./registers";
 import { overWebSocket, type Command, type Entry, type Event, type Finding, type State, type Status } from "./protocol";
+import { setSources } from "./source";
 import { Serial } from "./serial";
 import { TabRow } from "./tabs";
 import { World } from "./world";
@@ -163,6 +164,7 @@ session.onEvent = (event: Event) => {
         findings = [];
       }
       status = event;
+      setSources(event.sources);
       showStatus(event);
       break;
     case "state":

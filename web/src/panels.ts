@@ -2,6 +2,7 @@
 
 import { el, fixed, setText } from "./dom";
 import type { Bus, Finding, Pins, Status, Verdicts } from "./protocol";
+import { linked } from "./source";
 
 // -- The bus -------------------------------------------------------------------------------------------------
 
@@ -104,7 +105,7 @@ export class DiagnosisView {
     const parts: HTMLElement[] = [];
     if (problem) parts.push(el("p", { class: "fatal" }, problem));
     for (const one of findings) {
-      parts.push(el("article", { class: one.fatal ? "fatal" : "" }, el("h3", {}, one.summary), el("pre", {}, one.details.join("\n"))));
+      parts.push(el("article", { class: one.fatal ? "fatal" : "" }, el("h3", {}, ...linked(one.summary)), el("pre", {}, ...linked(one.details.join("\n")))));
     }
     for (const note of notes) parts.push(el("p", { class: "hint" }, note));
     if (!parts.length) parts.push(el("p", { class: "hint" }, "No problems found."));

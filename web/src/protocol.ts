@@ -17,7 +17,7 @@ export interface Hello {
 export interface Gesture { word: string; label: string; doc: string; entries: Entry[] }
 export interface Exercise { id: string; title: string; question: string; next: string }
 export interface Status {
-  type: "status"; run: number; firmware: string; file: string; wiring: string; scenario: string; question: string;
+  type: "status"; run: number; firmware: string; file: string; sources: Record<string, string>; wiring: string; scenario: string; question: string;
   duration_s: number; state: "running" | "paused" | "failed" | "halted"; speed: number | null; problem: string; notes: string[];
   variables: string[]; peripherals: string[]; recording: string;
 }
