@@ -116,7 +116,7 @@ def test_wrong_wrap_is_found_in_compiled_program(tmp_path: Path) -> None:
 
 SOLUTION = arm.sources() / "solution" / "motion.c"
 WRONG = {
-    "yaw_is": {"azimuth = azimuth * DEGREES;": "azimuth *= DEGREES; if (fabsf(pitch) > 82) azimuth += 180;"},
+    "yaw_is": {"azimuth = azimuth * DEGREES;": "azimuth *= DEGREES; if (fabsf(pitch) > 60) azimuth += 180;"},
     "pitch_is": {"pitch = pitch * DEGREES;": "pitch = -pitch * DEGREES;"},
     "roll_is": {"roll = roll * DEGREES;": "roll = roll * DEGREES * 0.99;"},
     "within_their_ranges": {
