@@ -142,7 +142,13 @@ class RunRecord:
                 for note, count in notes(board)
             ],
             "diagnoses": [
-                {"kind": one.kind, "summary": one.summary, "details": list(one.details), "fatal": one.fatal}
+                {
+                    "kind": one.kind,
+                    "summary": one.summary,
+                    "details": list(one.details),
+                    "fatal": one.fatal,
+                    "data": dict(one.data),
+                }
                 for one in self.diagnoses
             ],
             "serial": [{"undelivered": link.undelivered(), "report": link.report()} for link in self._links],

@@ -216,10 +216,19 @@ class _Explainer:
             *self._part(mistake, place),
             f"At {attitude} this gives {_number(mistake.actual[pose])} in place of {_number(mistake.expected[pose])}.",
         )
-        return Explanation(output.check, mistake, Diagnosis("formula", summary, details, fatal=False))
+        data = {"step": step, "computed": computed, "formula": text(mistake.formula), **self._line(site)}
+        return Explanation(
+            output.check, mistake, Diagnosis("formula", summary, details, fatal=False, data=data)
+        )
 
     def _place(self, site: int | None) -> str:
         return f"{self._places.place(site)}: " if site is not None else ""
+
+    def _line(self, site: int | None) -> dict[str, str]:
+        """Return file and line of an instruction; {} if they are unknown."""
+        symbols = self._probed.image.symbols
+        line = symbols.line_at(site) if symbols is not None and site is not None else None
+        return {"file": line.file, "line": str(line.line)} if line is not None else {}
 
     def _quoted(self, site: int | None) -> Iterator[str]:
         """Yield the source line of an instruction, if its file is beside the ELF file."""
@@ -274,7 +283,10 @@ class _Explainer:
             f"The lab sets {state.step} to {right.assigned} if {right.compared} {right.operator} {right.limit}.",
             f"After some motion it is {_number(state.actual[-1])} in place of {_number(state.expected[-1])}.",
         )
-        return Explanation(output.check, state, Diagnosis("formula", summary, details, fatal=False))
+        data = {"step": state.step, "variable": state.variable, **self._line(site)}
+        return Explanation(
+            output.check, state, Diagnosis("formula", summary, details, fatal=False, data=data)
+        )
 
     def _state_site(self, state: WrongState) -> int | None:
         """Return an instruction that stores the variable, or else the first one that compares with it."""

@@ -149,4 +149,6 @@ def explained_run(
 
 def cause_of(one: Diagnosis) -> DiagnosedCause:
     """Return a diagnosis as a part of a verdict."""
-    return DiagnosedCause(kind=one.kind, summary=one.summary, details=one.details, fatal=one.fatal)
+    return DiagnosedCause(
+        kind=one.kind, summary=one.summary, details=one.details, fatal=one.fatal, data=dict(one.data)
+    )

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable
 from typing import Literal, TypeAlias
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
 
 SCHEMA = 1
 
@@ -91,6 +91,8 @@ class DiagnosedCause(ResultModel):
     summary: str
     details: tuple[str, ...] = ()
     fatal: bool = False
+    data: dict[str, str] = Field(default_factory=dict)
+    """The parts of the summary by name, for programs."""
 
 
 class RunEvidence(ResultModel):

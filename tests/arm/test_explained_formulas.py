@@ -131,6 +131,9 @@ def test_run_names_line_of_wrong_formula_first(folder: Path) -> None:
     named = re.search(r"main\.c:(\d+)", first["summary"])
     assert record["verdict"] == "failed"
     assert first["kind"] == "formula"
+    assert first["data"]["step"] == one["step"]
+    assert first["data"]["computed"] == one["computed"]
+    assert abs(int(first["data"]["line"]) - line) <= WITHIN
     assert named is not None
     assert abs(int(named[1]) - line) <= WITHIN
 

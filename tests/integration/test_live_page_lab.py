@@ -140,7 +140,9 @@ def test_crash_or_hang_is_seen_at_once(program: str, place: str, browser: live.B
         page.click("#failure >> text=Details")
         assert place in page.text_content("#pane-diagnosis")
         link = page.locator("#pane-diagnosis a").first
-        assert link.get_attribute("href").startswith(f"vscode://file/{FOLDER.as_posix().lstrip('/')}/{program}.c:")
+        assert link.get_attribute("href").startswith(
+            f"vscode://file/{FOLDER.as_posix().lstrip('/')}/{program}.c:"
+        )
     finally:
         failing.close()
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Literal, NamedTuple, TypeAlias
 
 from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S
@@ -44,6 +45,10 @@ class Diagnosis:
     """Whether the firmware has failed. If False, it continues, but probably not as intended."""
     at_ps: int | None = None
     """The time of the failure, if known."""
+    data: Mapping[str, str] = field(default_factory=dict, hash=False)
+    """The parts of the summary by name, for programs: for a formula ``file``, ``line``, ``step``, ``computed`` and
+    ``formula`` (of the lab).
+    """
 
     def __str__(self) -> str:
         return "\n".join((self.summary, *(f"{_INDENT}{line}" for line in self.details)))
