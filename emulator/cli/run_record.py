@@ -11,7 +11,7 @@ chip            resets and similar events
 bus_errors      failed transfers; ``bytes_lost`` on the way to the firmware
 notes           refused, forbidden or unmodelled operations of sensors
 serial          lost terminal text by link
-diagnoses       problems of the firmware, a wrong formula first: kind, summary, details
+diagnoses       problems of the firmware, a wrong formula first: kind, summary, details, data
 expectations    counts and failures; null if not evaluated, then ``unchecked`` says why
 printed         the latest 1,000 lines: time, values by field (null in another format), and each field's
                 smallest and largest true value of the moments before
