@@ -1,4 +1,5 @@
-"""The table ``[explain]`` of a rubric: the lab's arithmetic, with which wrong numbers are explained.
+"""The table ``[explain]`` of a rubric: the lab's arithmetic, with which wrong numbers are
+explained.
 
 ::
 
@@ -8,11 +9,11 @@
     [explain.formulas]                 # each uses inputs and formulas above it
     acc_x = "trunc(acc_raw_x * 0.122)"
 
-    [explain.shows]                    # the formulas that the numbers of a check show, in the order of its expectations
+    [explain.shows]                    # in the order of a check's expectations
     "1.acc" = ["acc_x"]
 
-Decision: the formulas affect no points. A check compares with the truth; the formulas only say where and why a program
-differs, so that a mistake in them cannot cost points.
+Decision: the formulas affect no points, so that a mistake in them cannot cost points. They only say
+where and why a program differs.
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ class InputTable(Table):
 
 
 class AlternativeTable(Table):
-    """Other formulas that are right as well, except for the checks ``not_for``."""
+    """Other formulas that are right, except for ``not_for``."""
 
     formulas: dict[FormulaName, FormulaText] = Field(min_length=1, max_length=_MOST)
     not_for: list[str] = Field(default_factory=list, max_length=_MOST)
@@ -108,7 +109,7 @@ class ExplainTable(Table):
         return Arithmetic(inputs, _trees(self.formulas), tuple(alternatives))
 
     def unknown_check(self, known: Collection[str]) -> str:
-        """Return a named check that the rubric does not have, or ""."""
+        """Return a named check that the rubric lacks, or ""."""
         named = (*self.shows, *(one for changed in self.alternative for one in changed.not_for))
         return next((one for one in named if one not in known), "")
 

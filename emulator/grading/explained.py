@@ -1,4 +1,4 @@
-"""Explanations of wrong numbers in a verdict, by the formulas of its rubric."""
+"""Explanations of wrong numbers in a verdict, by the rubric's formulas."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def explained(
 ) -> list[RunEvidence]:
     """Return the evidence with explanations of wrong numbers before the other causes.
 
-    Only failed checks that students see are explained, and only if the program runs and receives samples.
+    Explained are visible checks, if the program runs and receives samples.
     """
     if rubric.explain is None or callable(firmware):
         return list(evidence)
@@ -55,7 +55,7 @@ def explained(
 def _outputs(
     rubric: Rubric, exercise: str, run: str, results: Mapping[str, CheckResult]
 ) -> Iterator[ShownNumber]:
-    """Yield the wrong numbers of a run that a student sees."""
+    """Yield a run's wrong numbers that a student sees."""
     from fcu_emulator.emulator.explain.explanation import ShownNumber
 
     assert rubric.explain is not None
@@ -75,9 +75,9 @@ def _outputs(
 def explained_run(
     firmware: str | Path, rubric: Rubric, wrong: Sequence[ExpectField], limits: Limits
 ) -> list[Diagnosis]:
-    """Return the wrong formula behind wrong numbers of a scenario, by the formulas of a rubric; [] if none is found.
+    """Return the wrong formula behind wrong numbers of a scenario, or [].
 
-    A number is explained if a check of the rubric that students see has the same number.
+    The numbers must be in visible checks of the rubric.
     """
     if rubric.explain is None:
         return []
