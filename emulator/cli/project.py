@@ -10,12 +10,12 @@ _USUAL_RUBRIC = "lab3"
 
 
 def rubric_of(target: str) -> str:
-    """Return the rubric in the folder ``target``, or beside the file ``target``; if there is none, LAB3's."""
+    """Return the rubric in or beside ``target``, by default LAB3's."""
     path = Path(target)
     own = (path if path.is_dir() else path.parent) / PROJECT_RUBRIC
     return str(own) if own.is_file() else _USUAL_RUBRIC
 
 
 def shown_exercises(rubric: Rubric) -> list[ExerciseTable]:
-    """Return exercises with a check or remark for students."""
+    """Return exercises with a check that students see."""
     return [one for one in rubric.exercises if any(check.visible == "always" for check in one.check)]
