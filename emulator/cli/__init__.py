@@ -70,10 +70,7 @@ def _start_quickly() -> None:
 
 
 def _write_what_can_be_written() -> None:
-    """Print question marks for characters that the system's encoding lacks.
-
-    UTF-8 everywhere was rejected: other programs on Windows could not read it.
-    """
+    """Print question marks for characters that the system's encoding lacks."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper) and stream.errors == "strict":
             stream.reconfigure(errors="replace")

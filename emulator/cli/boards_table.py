@@ -42,8 +42,7 @@ def points_on_board(seed: int, verdict: Verdict, code: ExitCode) -> BoardResult:
 class BoardsTable:
     """Printer of the results, each when it is added.
 
-    ``all_right``, ``is_lost``: texts for boards without and with losses ("have all points", "loses
-    points").
+    ``all_right``, ``is_lost``: texts for boards without and with losses.
     """
 
     def __init__(self, title: str, all_right: str, is_lost: str) -> None:

@@ -1,7 +1,7 @@
 """``fcu check``: show which exercises are done, and details of the next one.
 
-Decision: a problem because of which the program gets no samples, or main() does not run, is shown
-before the failed checks, without their hints, because they would distract from it.
+Decision: if a problem stops main() or the samples, it is shown before the failed checks, without
+their hints, because these would distract from it.
 """
 
 from __future__ import annotations

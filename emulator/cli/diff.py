@@ -37,7 +37,7 @@ _LONGEST = 100  # characters
 def compare_firmwares(options: DiffOptions) -> ExitCode:
     """Run both and print the differences. Raises FcuError.
 
-    The code is PASSED without differences if both ended normally.
+    Return PASSED if there are none and both ended normally.
     """
     rules = Rules(
         _duration("--time-tolerance", options.time_tolerance),

@@ -25,7 +25,7 @@ _MOST_DETAILS = 4  # of one cause
 
 
 class LabExercises:
-    """The exercises of a rubric, judged one at a time. Raises InputError for an unknown rubric."""
+    """The exercises of a rubric, judged one at a time. Raises InputError."""
 
     def __init__(self, rubric: str = "lab3") -> None:
         self._rubric = load_rubric(rubric)

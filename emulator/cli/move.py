@@ -19,10 +19,7 @@ _PUSHED_FOR = "1s"
 
 
 def move(options: MoveOptions) -> None:
-    """Move the running board and print its attitude before. Raises InputError.
-
-    The previous release's words cause a warning.
-    """
+    """Move the running board and print its attitude before. Raises InputError."""
     new_word = OLD_WORDS.get(options.gesture or "")
     if new_word is not None:
         click.echo(f"fcu: warning: {options.gesture} is now called {new_word}; use that word", err=True)

@@ -31,8 +31,8 @@ _MARKDOWN = re.compile(r"[\\`*_{}\[\]<>#|&]")
 def create_project(directory: Path, bus: str, rubric: str | None = None) -> None:
     """Write the template into ``directory``, and print the next steps.
 
-    ``rubric``: the project's rubric, copied with the files that it names. Raises InputError if the
-    directory is not empty or cannot be written.
+    ``rubric``: copied with the files that it names. Raises InputError if the directory is not empty
+    or cannot be written.
     """
     lab = None if rubric is None else load_rubric(rubric)
     beside = [] if lab is None else lab.files()

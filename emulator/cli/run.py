@@ -401,8 +401,7 @@ class Stoppable(Protocol):
 def interruptible(run: Stoppable) -> Iterator[list[str]]:
     """Yield a list that gets the signal's name when a signal ends the run.
 
-    A second Ctrl-C ends the program. Ignored signals stay ignored, for ``nohup`` and a script's
-    ``&``.
+    A second Ctrl-C ends the program. Ignored signals stay ignored.
     """
 
     def stop(number: int, frame: FrameType | None) -> None:
@@ -435,10 +434,7 @@ def _silently(line: str, look: Look | None = None) -> None:
 
 
 def open_debugger(board: Board, port: int | None, halt: bool, stack: ExitStack) -> GdbServer | None:
-    """Return the server, or None without ``port``; ``stack`` closes it.
-
-    Raises InputError if debugging is impossible or the port not available.
-    """
+    """Return the server, or None without ``port``; ``stack`` closes it. Raises InputError."""
     if port is None:
         if halt:
             raise InputError("--halt must be used with --gdb PORT, such as --gdb 3333")

@@ -3,8 +3,7 @@ callback.
 
 The callback's load is estimated by sampling, to two digits.
 
-Decision: the callback's load is not given for Python firmware, whose time passes only in calls of
-the HAL.
+Decision: the callback's load is not given for Python firmware, whose time passes only in HAL calls.
 """
 
 from __future__ import annotations

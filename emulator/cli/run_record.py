@@ -3,7 +3,7 @@
 ``schema`` grows when a key changes its meaning or is removed. Times are seconds. The file is
 written after the verdict, so an empty file means a killed run.
 
-==============  ==========================================================================================
+==============  ====================================================================================
 exit_code       as :mod:`fcu_emulator.emulator.cli.exit_codes`; ``verdict`` is the same as a word
 error           the error that ended the run, or null
 timer           the lab's timer: rate, ticks, late and lost ones, longest wait
@@ -14,11 +14,11 @@ notes           refused, forbidden or unmodelled operations of sensors
 serial          lost terminal text by link
 diagnoses       problems of the firmware, a wrong formula first: kind, summary, details
 expectations    counts and failures; null if not evaluated, then ``unchecked`` says why
-printed         the latest 1,000 lines: time, values by field (null in another format), and each field's
-                smallest and largest true value before
+printed         the latest 1,000 lines: time, values by field (null in another format),
+                and each field's smallest and largest true value before
 leds            changes, sampled 20 times a second
 lines           further lines on stderr, also with ``--quiet``
-==============  ==========================================================================================
+==============  ====================================================================================
 """
 
 from __future__ import annotations

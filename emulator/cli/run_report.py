@@ -32,7 +32,9 @@ _EVERY_LOG_S = 10.0
 
 
 class ProgressDisplay:
-    """Progress on one line of a terminal without the board's text, or every ten seconds in a log.
+    """Progress: one line on a terminal, a line every ten seconds in a log.
+
+    A terminal with the board's text shows no progress.
     """
 
     def __init__(self) -> None:

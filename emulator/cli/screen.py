@@ -1,7 +1,7 @@
 """Colours and progress of the command line on a terminal.
 
 Pipes, files and logs get plain text. The environment variable ``NO_COLOR`` (https://no-color.org)
-and ``TERM=dumb`` turn colours off; a dumb terminal shows no progress either.
+and ``TERM=dumb`` turn colours off.
 
 Decision: the progress line has a thread, so that long steps and other programs show their time,
 too. Calls from each command's loop were rejected, because they pause during a long step.

@@ -43,7 +43,7 @@ def end_at_once() -> None:
 
 
 def ask_again(unraisable: sys.UnraisableHookArgs) -> None:
-    """Repeat a request that Python could not raise, for example in a destructor.
+    """Repeat a request that Python could not raise.
 
     Another thread repeats it, because Python would drop it here again.
     """

@@ -258,10 +258,7 @@ _ESCAPES = {"H": "A", "P": "B", "M": "C", "K": "D", "G": "H", "O": "F"}
 
 
 def key(getwch: Callable[[], str], kbhit: Callable[[], bool]) -> bytes:
-    """Return a Windows console key as a serial line's bytes; skip keys without bytes.
-
-    A special key arrives as two codes.
-    """
+    """Return a Windows console key as a serial line's bytes; skip keys without bytes."""
     while True:
         character = getwch()
         if character == "\x00" or (character == "\xe0" and kbhit()):

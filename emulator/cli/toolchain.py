@@ -1,7 +1,4 @@
-"""The compiler arm-none-eabi-gcc: on the PATH, or in the vendors' usual folders.
-
-The installers of STM32CubeIDE, Arm, xPack and PlatformIO do not change the PATH.
-"""
+"""The compiler arm-none-eabi-gcc: on the PATH, or in the vendors' usual folders."""
 
 from __future__ import annotations
 
@@ -53,8 +50,7 @@ def find_compiler(
 ) -> Path | None:
     """Return the compiler's path, or None.
 
-    ``environment``: PATH, HOME and Windows' variables. ``system``: as ``sys.platform``. ``root``:
-    replaces / on Linux and macOS.
+    ``environment``: PATH, HOME and Windows' variables. ``root``: replaces / on Linux and macOS.
     """
     name = COMPILER + (".exe" if system == "win32" else "")
     found = shutil.which(COMPILER, path=environment.get("PATH", os.defpath))

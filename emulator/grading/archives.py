@@ -3,8 +3,8 @@
 An archive is refused if it has links, devices, encrypted or duplicate files, names that lead out of
 the folder, or too much data or compression.
 
-Decision: entries are counted by their signature before the directory is parsed, because parsing
-needs the memory. ``ZipFile.extractall`` was rejected: it has no limits.
+Decision: entries are counted by their signature first, because parsing the directory needs the
+memory. ``ZipFile.extractall`` was rejected: it has no limits.
 """
 
 from __future__ import annotations

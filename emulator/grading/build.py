@@ -405,10 +405,7 @@ class _Toolchain(NamedTuple):
 
 @functools.cache
 def _toolchain_of_path() -> _Toolchain:
-    """Return the toolchain of the compiler on the PATH, which may be a link or a script.
-
-    It excludes the prefix itself, which may be the home folder.
-    """
+    """Return the toolchain of the compiler on the PATH, which may be a link or a script."""
     found = Path(shutil.which(COMPILER) or COMPILER).resolve()
     said = subprocess.run([found, "-print-search-dirs"], capture_output=True, text=True, check=False).stdout
     install = Path(os.path.normpath(said.partition("\n")[0].removeprefix("install:").strip()))

@@ -12,8 +12,8 @@ explained.
     [explain.shows]                    # in the order of a check's expectations
     "1.acc" = ["acc_x"]
 
-Decision: the formulas affect no points, so that a mistake in them cannot cost points. They only say
-where and why a program differs.
+Decision: the formulas explain failures but affect no points, so that a mistake in them costs
+nothing.
 """
 
 from __future__ import annotations

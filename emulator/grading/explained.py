@@ -26,7 +26,7 @@ def explained(
 ) -> list[RunEvidence]:
     """Return the evidence with explanations of wrong numbers before the other causes.
 
-    Explained are visible checks, if the program runs and receives samples.
+    Only visible checks are explained, and only if the program runs and receives samples.
     """
     if rubric.explain is None or callable(firmware):
         return list(evidence)

@@ -189,10 +189,7 @@ def _one_by_one(rubric: Rubric, tasks: Sequence[_RunTask], follow: _Follow) -> I
 def _in_parallel(
     executor: Executor, rubric: Rubric, tasks: Sequence[_RunTask], follow: _Follow
 ) -> list[_Outcome]:
-    """Return the outcomes in the order of the tasks. Raises NotJudgedError.
-
-    The executor begins with the longest runs, this process with the shortest.
-    """
+    """Return the outcomes in the order of the tasks. Raises NotJudgedError."""
     longest_first = sorted(tasks, key=lambda task: -follow.duration_s[task.run])
     submitted = [(task, executor.submit(_outcome_in_worker, task, rubric.file)) for task in longest_first]
     done: dict[str, _Outcome] = {}

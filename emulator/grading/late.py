@@ -1,7 +1,7 @@
 """Late penalty by the rubric's table ``[late]``::
 
     [late]
-    penalty_per_day = "10 %"   # of all points, for each day that has begun; or points, such as 2
+    penalty_per_day = "10 %"   # of all points, for each day that has begun; or points
     grace_minutes = 15
     max_penalty = "50 %"
     at_most_days = 7           # later: no points

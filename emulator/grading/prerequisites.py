@@ -5,7 +5,7 @@ passed.
 
     [[exercise.check]]
     id = "quiet"
-    requires = ["alarm", "2"]   # a check of the same exercise; all checks of exercise 2 with points
+    requires = ["alarm", "2"]   # a check of this exercise; all checks of exercise 2 with points
 
 Decision: a rubric names the required checks, because a grade must not depend on the template's
 results.
@@ -53,8 +53,8 @@ class Prerequisites:
         return found
 
     def applied(self, results: Mapping[str, CheckResult], hint: Mapping[str, str]) -> dict[str, CheckResult]:
-        """Return the results: a failed requirement fails a check, an unjudged one leaves it
-        unjudged.
+        """Return the results: a check fails with a failed requirement, and is unjudged with an
+        unjudged one.
         """
         done: dict[str, CheckResult] = {}
 

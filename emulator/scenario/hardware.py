@@ -237,7 +237,7 @@ def _wrong(samples: Sequence[_LedSample], settle_ps: int) -> list[_LedSample]:
 
 
 def _settled(samples: Sequence[_LedSample]) -> list[_LedSample]:
-    """Return samples at which a LED updated every second is right."""
+    """Return samples at which a LED updated every second must be right."""
     return [one for one in samples if one.at_ps - one.since_ps >= _SLOW_PS]
 
 
@@ -252,7 +252,7 @@ def _is_late(samples: Sequence[_LedSample], wrong: Sequence[_LedSample]) -> bool
 
 
 def _catches_up(samples: Sequence[_LedSample], wrong: Sequence[_LedSample]) -> bool:
-    """Return whether the LED was right before each side ended."""
+    """Return whether the LED was right before the board left each side."""
     last = {one.since_ps: one for one in samples}
     return all(last[one.since_ps].lit is one.steep for one in wrong)
 

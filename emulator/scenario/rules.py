@@ -34,9 +34,7 @@ def rule_names() -> list[str]:
 
 
 def with_rules(entries: Any, file: str, key: str) -> Any:
-    """Return ``expect`` with rules replaced by their tables. Raises ScenarioError for an unknown
-    rule.
-    """
+    """Return ``expect`` with rules replaced by their tables. Raises ScenarioError."""
     if not isinstance(entries, Sequence) or isinstance(entries, str):
         return entries
     return [_resolved(entry, file, f"{key}[{number}]") for number, entry in enumerate(entries)]

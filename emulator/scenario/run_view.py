@@ -387,7 +387,7 @@ def _largest(errors: Iterable[float]) -> float:
 def _flag(field: str, line: PrintedLine) -> str:
     """Return a note for an angle printed while the board accelerated.
 
-    The slides check the modulus, which hides sideways acceleration: 0.36 g turns the vertical by 20
+    The slides' check of the modulus hides sideways acceleration: 0.36 g turns the vertical by 20
     degrees but gives 1.06 g.
     """
     if field not in ANGLES:

@@ -110,7 +110,7 @@ def rehearse(steps: Sequence[TimelineStep], create_world: CreateWorld, file: str
 class Scenario:
     """One checked file: settings, timeline and expectations.
 
-    Raises ScenarioError if the parts do not fit or the world cannot perform the timeline.
+    Raises ScenarioError if the parts or the timeline are invalid.
     """
 
     def __init__(
@@ -191,10 +191,7 @@ class Scenario:
         return world
 
     def play(self, board: BoardView) -> None:
-        """Schedule the timeline and record the board, at power-on.
-
-        The terminal is the record's key, because the board may be a weak proxy.
-        """
+        """Schedule the timeline and record the board, at power-on."""
         tilts = any(isinstance(one, ExpectLedFollows) for one in self.expectations)
         recorder = Recorder(board, self.duration_ps, self._truth_wanted(), tilts, self._sampled())
         self._recorders[board.terminal] = recorder
@@ -355,7 +352,7 @@ class ScenarioBoard(BoardView, Protocol):
 def run(board: ScenarioBoard, wall_clock_s: Callable[[], float] = time.monotonic) -> Result:
     """Run a board to its scenario's end or a limit, and evaluate it.
 
-    Raises FirmwareError from firmware, InputError without a scenario.
+    Raises FirmwareError if the firmware fails, InputError without a scenario.
     """
     plan = _scenario(board)
     runner = Runner(board, [], plan.duration_ps, None, partial(plan.exceeded, board), wall_clock_s)

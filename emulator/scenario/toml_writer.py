@@ -1,7 +1,7 @@
 """Scenarios as text.
 
 Decision: this module writes the few forms of TOML that a scenario needs, because a general writer
-would be one more package. JSON's encoder quotes strings; TOML also escapes U+007F.
+would be one more package.
 """
 
 from __future__ import annotations
