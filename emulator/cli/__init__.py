@@ -1,7 +1,6 @@
 """Entry point of ``fcu``; every error becomes one line and an exit code.
 
-Large modules are imported inside functions: ``fcu --help`` answers at once, and a lack of memory for them is
-reported.
+Large modules are imported inside functions, so that ``fcu --help`` answers at once.
 """
 
 from __future__ import annotations
@@ -48,9 +47,7 @@ def main() -> None:
 
 
 def _execute_and_clean_up(arguments: Sequence[str]) -> int:
-    """Run the command line and clean up, even if further signals interrupt the cleanup or the report of the
-    first signal.
-    """
+    """Run the command line and clean up, even if further signals interrupt this."""
     code = None
     while True:
         try:
@@ -67,16 +64,13 @@ def _execute_and_clean_up(arguments: Sequence[str]) -> int:
 
 
 def _start_quickly() -> None:
-    """Change library defaults that cost a sixth of each start without benefit."""
+    """Change library defaults that cost a sixth of each start."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices here are 3 x 3
     gc.set_threshold(20_000)  # fewer collections: loaded modules are never garbage
 
 
 def _write_what_can_be_written() -> None:
-    """Print question marks for characters that the system's encoding lacks.
-
-    Rejected alternative: UTF-8 everywhere, which other programs on Windows could not read.
-    """
+    """Print question marks for characters that the system's encoding lacks."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper) and stream.errors == "strict":
             stream.reconfigure(errors="replace")
@@ -119,7 +113,7 @@ def _interrupted(request: BaseException) -> int:
 
 
 def _request_inside(error: BaseException) -> BaseException | None:
-    """Return the request to end inside ``error``: before Python 3.12 ``__set_name__`` wraps it in RuntimeError."""
+    """Return the request to end inside ``error``: before Python 3.12 ``__set_name__`` wraps it."""
     found: BaseException | None = error
     while found is not None and not isinstance(found, KeyboardInterrupt | Terminated):
         found = found.__cause__ or found.__context__
@@ -171,7 +165,7 @@ def _show_warning(
     file: TextIO | None = None,
     line: str | None = None,
 ) -> None:
-    """Print warnings for users, such as a key's old name, in one line; ignore others."""
+    """Print warnings for users in one line; ignore others."""
     del filename, lineno, file, line
     if issubclass(category, FutureWarning):
         from fcu_emulator.emulator.cli.screen import say
@@ -191,7 +185,7 @@ def _address_space() -> float:
 
 
 def _prints(arguments: Sequence[str]) -> bool:
-    """Return whether a command needs standard output. ``run`` does not, because its text can go elsewhere."""
+    """Return whether a command needs standard output; ``run`` has other outputs."""
     return arguments[:1] != ["run"] or not {"-h", "--help"}.isdisjoint(arguments)
 
 
@@ -222,8 +216,9 @@ def _is_broken_pipe(error: BaseException) -> bool:
 
 
 def _lost(stream: TextIO) -> Exception | None:
-    """Flush the stream and return the error, if any. After an error, redirect the stream, so that Python does not
-    flush it again.
+    """Flush the stream and return the error, if any.
+
+    After an error, redirect the stream, because Python flushes it again.
     """
     try:
         stream.flush()

@@ -1,4 +1,4 @@
-"""Table of ``--boards N``, for the points of ``fcu check`` and the expectations of ``fcu run``."""
+"""Table of ``--boards N``, for ``fcu check`` and ``fcu run``."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ _SEEDS_SHOWN = 10
 class BoardResult:
     """Result on the board ``seed``.
 
-    ``score``: such as "18 of 20". ``lost``: failed checks or expectations. ``why``: reason for an early end,
-    or "".
+    ``score``: such as "18 of 20". ``lost``: failed checks or expectations. ``why``: reason for an
+    early end.
     """
 
     seed: int
@@ -42,8 +42,7 @@ def points_on_board(seed: int, verdict: Verdict, code: ExitCode) -> BoardResult:
 class BoardsTable:
     """Printer of the results, each when it is added.
 
-    ``all_right``: text for boards without losses ("have all points"). ``is_lost``: text for the other boards
-    ("loses points").
+    ``all_right``, ``is_lost``: texts for boards without and with losses.
     """
 
     def __init__(self, title: str, all_right: str, is_lost: str) -> None:

@@ -1,7 +1,7 @@
 """``fcu build``: build a project of ``fcu new`` without make, to the same bytes.
 
-Decision: the program's own files are compiled in every build, so that the compiler's warnings appear;
-those of ``support/`` are compiled only if a file is newer than an object or has changed.
+Decision: the program's own files are compiled in every build, because the compiler's warnings must
+appear; those of ``support/`` only after a change.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class BuildError(Exception):
 
 
 def build_and_say(folder: Path) -> None:
-    """Build the project, print the compiler's warnings and the name of the file. Raises InputError."""
+    """Build the project, and print warnings and the file's name. Raises InputError."""
     with ProgressLine(f"building {folder}"):
         log = build_project(folder)
     if log:
@@ -66,7 +66,9 @@ def build_and_say(folder: Path) -> None:
 
 
 def build_project(folder: Path, command: str = "build") -> str:
-    """Build ``lab3.elf`` and return the compiler's output; ``command`` is repeated in errors. Raises InputError."""
+    """Build ``lab3.elf`` and return the compiler's output; errors contain ``command``. Raises
+    InputError.
+    """
     if not (folder / "Makefile").exists():
         raise InputError(f"{folder} must be a project of `fcu new`, with a Makefile")
     try:
@@ -76,7 +78,7 @@ def build_project(folder: Path, command: str = "build") -> str:
 
 
 def build_with_make(folder: Path, command: str) -> str:
-    """Build any project with a Makefile and return make's output."""
+    """Build any project with a Makefile; return make's output."""
     sources = sorted(path.name for path in folder.glob("*.c"))
     changed = [argument for name in sources for argument in ("-W", name)]
     compiler = find_compiler()
@@ -88,7 +90,7 @@ def build_with_make(folder: Path, command: str) -> str:
 
 
 def _run(command: Sequence[str], folder: Path) -> tuple[int, str]:
-    """Return exit code and output. Raises InputError if the program cannot end normally."""
+    """Return exit code and output. Raises InputError without a normal end."""
     try:
         done = subprocess.run(
             command,
@@ -152,7 +154,7 @@ class _Build:
         self._gcc = _chosen(given.get("PREFIX", ""))
 
     def run(self) -> str:
-        """Compile and link; return the compiler's output. Raises BuildError, InputError."""
+        """Compile and link; return the output. Raises BuildError, InputError."""
         self._forget_the_old_file()
         units = list(self._units())
         inputs, stamp = self._inputs(), self._folder / "build" / self._bus / "inputs.sha256"
@@ -180,7 +182,7 @@ class _Build:
         return log + text
 
     def _forget_the_old_file(self) -> None:
-        """Delete the old ELF file, which ``fcu run`` could otherwise run after a failed build."""
+        """Delete the old ELF file, which must not run after a failed build."""
         try:
             (self._folder / ELF).unlink(missing_ok=True)
         except OSError as error:
@@ -228,7 +230,7 @@ def _write_text(file: Path, text: str) -> None:
 
 
 def _chosen(prefix: str) -> Path:
-    """Return the compiler of the Makefile's or environment's PREFIX, else the first found."""
+    """Return the compiler of the environment's or Makefile's PREFIX, else the first found."""
     prefix = os.environ.get("PREFIX", "") or prefix
     if prefix and prefix != "arm-none-eabi-":
         return Path(f"{prefix}gcc")

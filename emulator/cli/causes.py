@@ -1,7 +1,7 @@
 """Diagnoses that explain failed checks.
 
-Decision: a diagnosis that names a LED is omitted if no failed check is about this LED, because an exercise's
-run shows both.
+Decision: a diagnosis of a LED is omitted if no failed check is about this LED, because an
+exercise's run shows all LEDs.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ _LED = re.compile(r"\bLED\d*\b")
 
 
 def relevant_causes(causes: Iterable[DiagnosedCause], failed: Iterable[CheckResult]) -> list[DiagnosedCause]:
-    """Return the distinct causes of the failed checks, fatal ones first."""
+    """Return the failed checks' distinct causes, fatal ones first."""
     about = {led for check in failed for led in _leds(f"{check.title} {check.expected} {check.actual}")}
     found: dict[str, DiagnosedCause] = {}
     for cause in causes:
@@ -30,6 +30,6 @@ def _leds(text: str) -> set[str]:
 
 
 def _without_numbers(text: str) -> str:
-    """Return a key that is equal for equal causes: all numbers are removed, except that of a LED."""
+    """Return the text without numbers, except that of a LED."""
     leds = sorted(_leds(text))
     return " ".join([*leds, "".join(char for char in text if not char.isdigit())])

@@ -1,7 +1,7 @@
 """``fcu check``: show which exercises are done, and details of the next one.
 
-Decision: a problem because of which the program gets no samples, or main() does not run, is shown before the
-failed checks. Their hints are not shown, because they would distract from it.
+Decision: if a problem stops main() or the samples, it is shown before the failed checks, without
+their hints, because these would distract from it.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def _rubric_of(options: CheckOptions) -> str:
 
 
 def _again(options: CheckOptions) -> str:
-    """Return the command without options for exercises, boards and hints."""
+    """Return the command without exercises, boards and hints."""
     words = ["fcu", "check", *([options.target] if options.target != "." else [])]
     return command_line(
         [*words, *(["--rubric", options.rubric] if options.rubric not in (None, "lab3") else [])]
@@ -87,7 +87,7 @@ def check_program(options: CheckOptions) -> ExitCode:
 
 @contextmanager
 def _workers(jobs: int | None, runs: int) -> Iterator[Executor | None]:
-    """Yield an executor with further processes for the runs; None if this process is enough or is a limited worker."""
+    """Yield an executor with further processes for the runs, or None if this process is enough."""
     count = min(jobs or os.cpu_count() or 1, runs)
     if count == 1 or limits_of_worker() is not None:
         yield None
@@ -161,8 +161,9 @@ def _write(path: Path, verdict: Verdict) -> None:
 
 
 def _save(folder: Path, verdict: Verdict, rubric: Rubric, firmware: str) -> tuple[dict[str, Path], list[str]]:
-    """Write the motions of the runs as scenarios. Return the files of failed property checks, by check, and the
-    names of all files.
+    """Write the runs' motions as scenarios.
+
+    Return the files of failed property checks, by check, and all files' names.
     """
     texts = {f"{run.run}.toml": run.replay for run in verdict.evidence if run.replay}
     laws: dict[str, Path] = {}
@@ -318,7 +319,7 @@ class _Screen:
                 yield from _cause(cause)
 
     def _causes(self, name: str) -> list[DiagnosedCause]:
-        """Return diagnoses of the failed runs, fatal ones first."""
+        """Return the failed runs' diagnoses, fatal ones first."""
         causes = (cause for run in self._failed_runs(name) for cause in (*_stop(run), *run.causes))
         return relevant_causes(causes, self._not_passed(name))
 
@@ -351,7 +352,7 @@ class _Screen:
         return not any(cause.fatal or cause.kind in KEEPS_SAMPLES_AWAY for cause in causes)
 
     def _hints(self, check: CheckResult) -> list[tuple[str, str]]:
-        """Return labels and texts of the hint and the requested further steps."""
+        """Return the hint and the requested further steps, with labels."""
         if not check.hint:
             return []
         hints = [check.hint, *self._steps(check)]
@@ -376,12 +377,12 @@ class _Screen:
         return command_line([*words, "--scenario", str(scenario)] if scenario else words)
 
     def _is_said(self, remark: CheckResult) -> bool:
-        """Return whether the compiler's shown warning says the same."""
+        """Return whether the shown warning says the same."""
         done = all(self._verdict.is_done(name) for name in self._names)
         return bool(self._warning) and not done and self._warning[:_COMPARED] in remark.actual
 
     def _unjudged_remarks(self) -> Iterator[str]:
-        """Yield the remarks that this machine cannot check, for exercises that have points."""
+        """Yield remarks that this machine cannot check, for begun exercises."""
         begun = {one.exercise for one in self._verdict.checks if one.points}
         for check in self._verdict.unjudged:
             if not check.max_points and check.exercise in begun:
@@ -391,9 +392,7 @@ class _Screen:
                 )
 
     def _is_written(self, name: str, advice: str) -> bool:
-        """Return whether the student has begun an exercise: it has points, the advised functions, or wrong
-        lines.
-        """
+        """Return whether an exercise has points, the advised functions, or wrong lines."""
         if any(one.points for one in self._verdict.of(name)):
             return True
         functions = _FUNCTION.findall(advice)
@@ -437,7 +436,7 @@ class _Screen:
             yield from self._not_replayed(name)
 
     def _after_success(self, again: str) -> Iterator[str]:
-        """Yield the commands for the exercises that were not selected, and for another board."""
+        """Yield commands for the other exercises and for another board."""
         asked = "".join(f" --exercise {name}" for name in self._options.exercises)
         yield paint("Next", "heading")
         yield "  All selected exercises are done." if asked else "  All exercises are done."

@@ -1,8 +1,4 @@
-"""The commands of ``fcu`` and their arguments.
-
-Large modules are imported inside commands, so that ``fcu --help`` answers at once. A command returns its exit
-code.
-"""
+"""The commands of ``fcu`` and their arguments. A command returns its exit code."""
 
 from __future__ import annotations
 

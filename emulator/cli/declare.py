@@ -4,7 +4,6 @@
 
     @dataclass(frozen=True, kw_only=True)
     class PlotOptions:
-        record: Path = argument(metavar="RUN", type=PATH)
         output: Path | None = option("-o", "--output", type=PATH, help="...")
 
     @cli.command()
@@ -34,16 +33,14 @@ class _Option(click.Option):
 
 
 def option(*names: str, **settings: Any) -> Any:
-    """Return a field for an option with :func:`click.option`'s ``settings``. ``renamed_from``: its old name, which
-    causes a warning.
-    """
+    """Return a field for :func:`click.option`. ``renamed_from``: old name, which causes a warning."""
     default = settings.get("default", _absent(settings))
     declare = functools.partial(click.option, *names, cls=_Option, **settings)
     return field(default=MISSING if settings.get("required") else default, metadata={"declare": declare})
 
 
 def argument(**settings: Any) -> Any:
-    """Return a field for a positional argument with :func:`click.argument`'s ``settings``."""
+    """Return a field for :func:`click.argument`."""
     optional = "default" in settings or settings.get("required") is False
     declare = functools.partial(click.argument, **settings)
     default = settings.get("default") if optional else MISSING

@@ -35,7 +35,10 @@ _LONGEST = 100  # characters
 
 
 def compare_firmwares(options: DiffOptions) -> ExitCode:
-    """Run both and print the differences; PASSED if there are none and both ended normally. Raises FcuError."""
+    """Run both and print the differences. Raises FcuError.
+
+    Return PASSED if there are none and both ended normally.
+    """
     rules = Rules(
         _duration("--time-tolerance", options.time_tolerance),
         (SINGLE_PRECISION if options.replay else {}) | tolerances(map(_tolerance, options.tolerance)),
@@ -126,7 +129,7 @@ def _report(
 
 
 def _look(line: str) -> Look | None:
-    """Return the look of a line, as in a text comparison: red for the first firmware, green for the second."""
+    """Return a line's look: red for the first firmware, green for the second."""
     if line.startswith(("first difference", "also different")):
         return "heading"
     looks: dict[str, Look] = {"- ": "fail", "+ ": "pass"}
@@ -155,7 +158,7 @@ def _sides(difference: Difference) -> Iterator[str]:
 
 
 def _numbers(observed: tuple[Observation, Observation], rules: Rules) -> Iterator[str]:
-    """Yield the largest differences of numbers, for use as tolerances."""
+    """Yield the largest differences of numbers, as possible tolerances."""
     apart = {name: value for name, value in largest_deviations(*observed).items() if value}
     if apart:
         yield ""

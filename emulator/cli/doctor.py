@@ -52,7 +52,7 @@ class MachineCheck:
 
 
 def examine() -> bool:
-    """Print the report; return True if all needed parts are installed."""
+    """Print the report; return whether all needed parts are installed."""
     with ProgressLine("checking this machine"):
         findings = [_python(), *(_package(name) for name in _PACKAGES)]
         findings += [

@@ -25,7 +25,7 @@ _MOST_DETAILS = 4  # of one cause
 
 
 class LabExercises:
-    """The exercises of a rubric, judged one at a time. Raises InputError for an unknown rubric."""
+    """The exercises of a rubric, judged one at a time. Raises InputError."""
 
     def __init__(self, rubric: str = "lab3") -> None:
         self._rubric = load_rubric(rubric)
@@ -33,7 +33,7 @@ class LabExercises:
         self._running: tuple[str, Future[Verdict], tempfile.TemporaryDirectory[str]] | None = None
 
     def offered(self) -> list[dict[str, Any]]:
-        """Return ``id``, ``title``, ``question`` and ``next`` of each shown exercise."""
+        """Return ``id``, ``title``, ``question`` and ``next`` of shown exercises."""
         return [
             {
                 "id": one.id,
@@ -45,7 +45,7 @@ class LabExercises:
         ]
 
     def start(self, exercise: str, firmware: str, seed: int) -> None:
-        """Judge a copy of the firmware, because its file may change meanwhile. Raises InputError."""
+        """Judge a copy of the firmware, whose file may change. Raises InputError."""
         self._rubric.exercise(exercise)
         if self._running is not None:
             raise InputError(
@@ -65,7 +65,7 @@ class LabExercises:
         self._running = exercise, future, folder
 
     def finished(self) -> list[Checked]:
-        """Return the result if judging has ended since the last call."""
+        """Return the result if judging has just ended."""
         if self._running is None or not self._running[1].done():
             return []
         exercise, future, folder = self._running
@@ -86,7 +86,7 @@ class LabExercises:
             self._running = None
 
     def _question(self, exercise: str) -> str:
-        """Return the question of the exercise's run, else of its first check's run, else ""."""
+        """Return the question of the exercise's or first check's run, or ""."""
         table = self._rubric.exercise(exercise)
         run = table.run or self._rubric.run_of(table, table.check[0])
         question = self._rubric.scenario(run, 0).question
@@ -94,7 +94,7 @@ class LabExercises:
 
 
 def judged(firmware: str, rubric: str, exercise: str, seed: int) -> Verdict:
-    """Judge one exercise, in a worker's process. Raises InputError."""
+    """Judge one exercise, in a worker. Raises InputError."""
     try:
         return judge(firmware, load_rubric(rubric), seed=seed, exercises=[exercise]).for_student()
     except FcuError as error:  # some cannot be pickled

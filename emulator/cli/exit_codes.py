@@ -10,11 +10,11 @@
 141     the reader of standard output has closed it, as in ``fcu ... | head``
 ======  ==========================================================================================
 
-Decision: exit codes 1 and 3 always describe the firmware, and every failure outside it is 4, so that a grader
-can tell "wrong" from "try again".
+Decision: exit codes 1 and 3 always describe the firmware, and every other failure is 4, so that a
+grader can tell "wrong" from "try again".
 
-Decision: ``fcu web`` reports its scenario's expectations but exits with 0, because the user may have moved or
-paused the board.
+Decision: ``fcu web`` reports its scenario's expectations but exits with 0, because the user may
+have moved the board.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class ExitCode(IntEnum):
 
 
 def code_of(error: FcuError) -> ExitCode:
-    """Return a known error's code; any other exception is a bug, and NOT_JUDGED."""
+    """Return a known error's code, NOT_JUDGED for a bug."""
     if isinstance(error, NotJudgedError):
         return ExitCode.NOT_JUDGED
     if isinstance(error, LimitError) and error.limit == "wall_s":  # depends on the machine
@@ -50,7 +50,7 @@ def code_of(error: FcuError) -> ExitCode:
 
 
 def with_losses(code: ExitCode, lost: int, reader_gone: bool = False) -> ExitCode:
-    """Return ``code``, or the code of the loss if ``lost`` bytes of output did not arrive."""
+    """Return ``code``, or the loss's code if ``lost`` bytes of output did not arrive."""
     if not lost or code not in (ExitCode.PASSED, ExitCode.FAILED):
         return code
     return ExitCode.READER_GONE if reader_gone else ExitCode.NOT_JUDGED

@@ -85,7 +85,7 @@ def _graded_class(
     found: dict[str, Graded],
     overrides: Mapping[str, tuple[Override, ...]],
 ) -> GradedClass:
-    """Grade the class and write reports; add each result to ``found`` by student id."""
+    """Grade the class and write reports; add results to ``found`` by id."""
     reports = Reports(out, rubric.title, after_due_date=not options.before_due_date)
     shown = _pseudonyms(out / "kept", submissions) if options.anonymous else None
     salt = secret(options.salt or out / "kept" / "salt.key")
@@ -128,7 +128,7 @@ def _earlier(
     submissions: Sequence[Submission],
     shown: Mapping[str, Student] | None,
 ) -> dict[str, Graded]:
-    """Return the earlier results of students who are not in the list ``only``, by id. Raises InputError."""
+    """Return earlier results of students who are not in ``only``, by id. Raises InputError."""
     again = {student.id.casefold() for student in load_roster(only).students}
     _check_known(only, again, submissions)
     file = out / "grade.json"
@@ -145,7 +145,7 @@ def _earlier(
 
 
 def _check_known(file: Path | None, ids: Iterable[str], submissions: Sequence[Submission]) -> None:
-    """Raise InputError for an unknown student, whose line would be lost."""
+    """Raise InputError for an unknown student."""
     unknown = set(ids) - {one.student.id.casefold() for one in submissions}
     if unknown:
         names = ", ".join(one_line(name, 40) for name in sorted(unknown)[:3])
@@ -171,7 +171,7 @@ def _with_lateness(graded: Graded, late_by_s: float, rubric: Rubric) -> Graded:
 
 
 def _reported(reports: Reports, graded: Graded) -> Graded:
-    """Write one report; an error in composing it affects only this submission."""
+    """Write one report; a bug in it affects only this submission."""
     try:
         return reports.student(graded)
     except FcuError:  # for example a full disk, which ends the grading
@@ -213,7 +213,7 @@ def _grader(
 
 @contextmanager
 def _workers(options: GradeOptions) -> Iterator[LocalWorkers | DaskWorkers]:
-    """Yield workers. Local workers leave no temporary files, even if they are killed."""
+    """Yield workers; local ones leave no temporary files, even if killed."""
     if options.dask is not None:
         with DaskWorkers(options.dask) as cluster:
             yield cluster
@@ -237,7 +237,7 @@ def _pseudonyms(kept: Path, submissions: list[Submission]) -> dict[str, Student]
 
 @contextmanager
 def _progress(length: int) -> Iterator[Callable[[Graded], None]]:
-    """Show a counter on stderr, or occasional lines if it is not a terminal, for example in a CI log."""
+    """Show a counter on a terminal, else occasional lines."""
     if not is_terminal(sys.stderr):
         yield _ProgressLines(length).advance
         return
@@ -251,7 +251,7 @@ def _progress(length: int) -> Iterator[Callable[[Graded], None]]:
 
 
 class _ProgressLines:
-    """Prints a line every tenth of a class or two minutes, at most one in ten seconds, to keep logs short."""
+    """Prints a line every tenth of a class or two minutes, at most one in ten seconds."""
 
     def __init__(self, length: int) -> None:
         self._length = length
@@ -271,7 +271,7 @@ class _ProgressLines:
 
 
 def _conclude(whole: GradedClass, out: Path) -> ExitCode:
-    """Print the summary; the exit code describes the grading, not the programs."""
+    """Print the summary; the exit code describes only the grading."""
     click.echo(paint(visible(whole.rubric_title), "heading"))
     for line in summary(whole):
         click.echo(visible(f"  {line}"))
@@ -326,7 +326,7 @@ def _pack_for_gradescope(options: GradeOptions, file: Path) -> ExitCode:
 
 
 def _submitter(metadata: Path) -> Student:
-    """Return Gradescope's student; for a group the student with the lowest id, so that the board is the same."""
+    """Return Gradescope's student; in a group, that with the lowest id."""
     try:
         users = [user for user in _metadata(metadata)["users"] if isinstance(user, dict)]
         first = min(users, key=lambda user: str(user["id"]))
@@ -336,7 +336,7 @@ def _submitter(metadata: Path) -> Student:
 
 
 def _late_by_s(metadata: Path) -> float:
-    """Return the delay in seconds, for a group after its latest due date; 0 without one."""
+    """Return the delay in seconds, after a group's latest due date; default: 0."""
     try:
         table = _metadata(metadata)
         own = [user.get("assignment", {}).get("due_date") for user in table["users"]]
@@ -349,7 +349,7 @@ def _late_by_s(metadata: Path) -> float:
 
 
 def _metadata(file: Path) -> dict[str, Any]:
-    """Return Gradescope's table of a submission. Raises OSError, ValueError."""
+    """Return Gradescope's table of a submission. Raises OSError, ValueError, TypeError."""
     with file.open("rb") as source:
         table = json.loads(source.read(_LARGEST_METADATA))
     if not isinstance(table, dict):

@@ -30,7 +30,7 @@ def print_fidelity() -> None:
 
 
 def print_registers(name: str | None) -> None:
-    """Print the map of a sensor or peripheral, or all registers with this name. Raises InputError with known names."""
+    """Print the map of a sensor or peripheral, or all registers with this name. Raises InputError."""
     wanted = (name or "").strip().upper()
     peripheral = next((one for own, one in DECLARED.items() if own.upper() == wanted), None)
     if wanted in SENSORS:

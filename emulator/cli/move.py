@@ -19,10 +19,7 @@ _PUSHED_FOR = "1s"
 
 
 def move(options: MoveOptions) -> None:
-    """Move the running board and print its attitude before. Raises InputError.
-
-    Words of the previous release are accepted with a warning.
-    """
+    """Move the running board and print its attitude before. Raises InputError."""
     new_word = OLD_WORDS.get(options.gesture or "")
     if new_word is not None:
         click.echo(f"fcu: warning: {options.gesture} is now called {new_word}; use that word", err=True)
@@ -36,7 +33,7 @@ def move(options: MoveOptions) -> None:
 
 
 def entries(options: MoveOptions, truth: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return timeline entries for the arguments; ``truth`` is the board's state."""
+    """Return timeline entries; ``truth`` is the board's state."""
     if options.duration is not None:
         try:
             parse_duration(options.duration)
@@ -68,14 +65,14 @@ def entries(options: MoveOptions, truth: dict[str, Any]) -> list[dict[str, Any]]
 
 
 def _turn(angles: dict[str, float | None], duration: str | None, truth: dict[str, Any]) -> dict[str, Any]:
-    """Return an entry that turns the board; an angle that is None keeps its value."""
+    """Return an entry that turns the board; None keeps an angle."""
     target = {name: truth[name] if angle is None else angle for name, angle in angles.items()}
     how = {"do": "follow_attitude"} if duration is None else {"do": "rotate_to", "for": duration}
     return how | target
 
 
 def _asked(board: RunningBoard, message: dict[str, Any]) -> dict[str, Any]:
-    """Send a message and return the board's state after it. Raises InputError with the board's error."""
+    """Send a message and return the board's new state. Raises InputError."""
     (answer,) = board.ask(message)
     if "error" in answer:
         raise InputError(str(answer["error"]))

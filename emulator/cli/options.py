@@ -1,4 +1,4 @@
-"""Options of the commands that have more than three options."""
+"""Options of commands that have more than three."""
 
 from __future__ import annotations
 

@@ -6,5 +6,5 @@ from fcu_emulator.emulator.grading.rubric import ExerciseTable, Rubric
 
 
 def shown_exercises(rubric: Rubric) -> list[ExerciseTable]:
-    """Return exercises with a check or remark for students."""
+    """Return exercises with a check that students see."""
     return [one for one in rubric.exercises if any(check.visible == "always" for check in one.check)]

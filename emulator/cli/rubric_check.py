@@ -17,7 +17,7 @@ _TEMPLATE = "template-arm"
 
 
 def check_rubric(file: str, programs: bool) -> None:
-    """Load a rubric; with ``programs``, judge programs by it that do not solve the lab. Raises RubricError."""
+    """Load a rubric; with ``programs``, judge trial programs by it. Raises RubricError."""
     rubric = load_rubric(file)
     count = sum(len(exercise.check) for exercise in rubric.exercises)
     click.echo(

@@ -48,7 +48,7 @@ _STOPPING = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
 def run_board(options: RunOptions) -> ExitCode:
     """Run the board and evaluate the run. Raises FcuError.
 
-    Arguments are checked before any file or port is opened; files are opened last.
+    All arguments are checked before files and ports are opened.
     """
     _check_files(options)
     board = create_board(options)
@@ -141,7 +141,7 @@ def _check_files(options: RunOptions) -> None:
 
 @contextmanager
 def _kept_flash(board: Board, path: Path | None) -> Iterator[None]:
-    """Restore the flash from a file of an earlier run, and write it at the end. Raises InputError, OutputError."""
+    """Restore the flash from a file, and write it at the end. Raises InputError, OutputError."""
     if path is None:
         yield
         return
@@ -165,7 +165,7 @@ def _flash_of(path: Path) -> bytes:
 
 
 def create_board(options: RunOptions) -> Board:
-    """Return the board that the options describe. Raises InputError."""
+    """Return the described board. Raises InputError."""
     firmware = options.firmware
     if firmware is None and options.scenario is None:
         firmware = FCU001V1.default_firmware
@@ -180,7 +180,7 @@ def create_board(options: RunOptions) -> Board:
 
 
 def run_end_ps(options: RunOptions, board: Board) -> int | None:
-    """Return the run's end in virtual ps; None for never. Raises InputError."""
+    """Return the run's end, or None for never. Raises InputError."""
     if options.duration is not None:
         try:
             return parse_duration(options.duration)
@@ -190,8 +190,8 @@ def run_end_ps(options: RunOptions, board: Board) -> int | None:
 
 
 def _speed(text: str | None, serial: tuple[str, ...], end_ps: int | None) -> float | None:
-    """Return the ratio of virtual to wall time, or None without pacing. The default is 1 if a user watches
-    the output.
+    """Return the ratio of virtual to wall time, or None without pacing; default: 1 if a user
+    watches.
     """
     if text is None:
         in_terminal = sys.stdout is not None and sys.stdout.isatty()
@@ -303,7 +303,7 @@ def set_limits(board: Board, settings: tuple[str, ...]) -> Limits | None:
 
 
 def exceeded_limit(board: Board, limits: Limits | None, paced: bool) -> Callable[[float], str]:
-    """Return a function that checks the limits between slices. The chip checks its limits itself, more exactly."""
+    """Return a function that checks the limits between slices. The chip checks its own."""
     plan = board.scenario
 
     def exceeded(wall_s: float) -> str:
@@ -318,7 +318,7 @@ def exceeded_limit(board: Board, limits: Limits | None, paced: bool) -> Callable
 
 @dataclass(frozen=True)
 class Judgement:
-    """A run's exit code and result; ``unchecked``: why expectations were not checked, or ""."""
+    """A run's exit code and result; ``unchecked``: why expectations were not checked."""
 
     code: ExitCode
     result: Result | None = None
@@ -326,7 +326,7 @@ class Judgement:
 
 
 def judge_run(board: Board, runner: Runner) -> Judgement:
-    """Evaluate the scenario's expectations, if the run reached its end."""
+    """Evaluate the scenario's expectations after a full run."""
     plan = board.scenario
     if plan is None:
         return Judgement(ExitCode.PASSED)
@@ -369,7 +369,7 @@ def _with_sources(result: Result, board: Board, recorder: TruthRecorder) -> Resu
 
 
 def _explain_wrong_numbers(board: Board, firmware: str | None, result: Result | None) -> list[Diagnosis]:
-    """Return the wrong formula behind the wrong numbers of a scenario, by the rubric of the firmware's project."""
+    """Return the wrong formula behind wrong numbers, by the project's rubric."""
     if result is None or board.scenario is None or board.chip is None:
         return []
     from fcu_emulator.emulator.scenario.expectations import ExpectField  # slow to import: pydantic
@@ -417,8 +417,7 @@ class Stoppable(Protocol):
 def interruptible(run: Stoppable) -> Iterator[list[str]]:
     """Yield a list that gets the signal's name when a signal ends the run.
 
-    Ctrl-C ends the run with its summary; a second Ctrl-C ends the program. Ignored signals stay ignored, for
-    ``nohup`` and a script's ``&``.
+    A second Ctrl-C ends the program. Ignored signals stay ignored.
     """
 
     def stop(number: int, frame: FrameType | None) -> None:
@@ -451,10 +450,7 @@ def _silently(line: str, look: Look | None = None) -> None:
 
 
 def open_debugger(board: Board, port: int | None, halt: bool, stack: ExitStack) -> GdbServer | None:
-    """Return the server, or None without ``port``; ``stack`` closes it.
-
-    Raises InputError if debugging is impossible or the port not available.
-    """
+    """Return the server, or None without ``port``; ``stack`` closes it. Raises InputError."""
     if port is None:
         if halt:
             raise InputError("--halt must be used with --gdb PORT, such as --gdb 3333")

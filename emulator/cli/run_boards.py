@@ -1,4 +1,4 @@
-"""``fcu run --scenario S --boards N``: run a program on N boards with different sensors."""
+"""``fcu run --scenario S --boards N``: run a program on N boards."""
 
 from __future__ import annotations
 

@@ -1,8 +1,9 @@
-"""Figures that the lab's slides ask for: bus clock, read duration, load of serial line and callback.
+"""Figures that the lab's slides ask for: bus clock, read duration, load of serial line and
+callback.
 
 The callback's load is estimated by sampling, to two digits.
 
-Decision: the callback's load is not given for Python firmware, whose time passes only in calls of the HAL.
+Decision: the callback's load is not given for Python firmware, whose time passes only in HAL calls.
 """
 
 from __future__ import annotations

@@ -1,23 +1,24 @@
 """``fcu run --json FILE``: results of a run as one JSON object.
 
-``schema`` grows when a key changes its meaning or is removed. Times are seconds. The file is opened before
-the run and written after the verdict, so an empty file means a killed run.
+``schema`` grows when a key changes its meaning or is removed. Times are seconds. The file is
+written after the verdict, so an empty file means a killed run.
 
-==============  ==========================================================================================
+==============  ====================================================================================
 exit_code       as :mod:`fcu_emulator.emulator.cli.exit_codes`; ``verdict`` is the same as a word
 error           the error that ended the run, or null
 timer           the lab's timer: rate, ticks, late and lost ones, longest wait
 chip            resets and similar events
-bus_errors      failed transfers; ``bytes_lost`` on the way to the firmware
+bus_errors      failed transfers
+bytes_lost      received bytes that the firmware read too late
 notes           refused, forbidden or unmodelled operations of sensors
 serial          lost terminal text by link
 diagnoses       problems of the firmware, a wrong formula first: kind, summary, details, data
 expectations    counts and failures; null if not evaluated, then ``unchecked`` says why
-printed         the latest 1,000 lines: time, values by field (null in another format), and each field's
-                smallest and largest true value of the moments before
+printed         the latest 1,000 lines: time, values by field (null in another format),
+                and each field's smallest and largest true value before
 leds            changes, sampled 20 times a second
-lines           further lines on stderr, including those hidden by ``--quiet``
-==============  ==========================================================================================
+lines           further lines on stderr, also with ``--quiet``
+==============  ====================================================================================
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ SCHEMA = 1
 
 
 class RunRecord:
-    """Record of one run of ``board`` for the file ``path``. Raises LinkError if it cannot be opened."""
+    """Record of one run for the file ``path``. Raises LinkError if it cannot be opened."""
 
     def __init__(self, board: Board, links: Sequence[ByteLink], path: Path | None, stack: ExitStack) -> None:
         self.wall_s = 0.0
@@ -72,7 +73,7 @@ class RunRecord:
         self._lines.append(line)
 
     def add_line_and(self, say: Say) -> Say:
-        """Return a function that records a line and then calls ``say``."""
+        """Return a function that records a line, then calls ``say``."""
 
         def both(line: str, look: Look | None = None) -> None:
             self.add_line(line)

@@ -32,9 +32,9 @@ _EVERY_LOG_S = 10.0
 
 
 class ProgressDisplay:
-    """Progress on one line of a terminal; a line every ten seconds in a log.
+    """Progress: one line on a terminal, a line every ten seconds in a log.
 
-    The line is not shown while the board's text goes to the same terminal.
+    A terminal with the board's text shows no progress.
     """
 
     def __init__(self) -> None:
@@ -44,7 +44,7 @@ class ProgressDisplay:
         self._line.start()
 
     def update(self, progress: Progress) -> None:
-        """Show the progress of the run, if it is due."""
+        """Show the progress if it is due."""
         factor = progress.virtual_s / progress.wall_s if progress.wall_s > 0 else 0.0
         whole = "" if progress.total_s is None else f" of {progress.total_s:.0f}"
         self._line.text = f"fcu: {progress.virtual_s:.0f}{whole} s of virtual time, {factor:.1f} x real time"
@@ -71,7 +71,7 @@ def summary(
 ) -> Iterator[tuple[str, Look | None]]:
     """Yield the lines of the summary with their colours.
 
-    ``all_notes``: also those of every correct run. ``all_uarts``: the output of USARTs without a terminal.
+    ``all_notes``: also those of correct runs. ``all_uarts``: output of USARTs without a terminal.
     """
     factor = board.now_s / wall_s if wall_s > 0 else 0.0
     yield f"{board.now_s:.3f} s of virtual time in {wall_s:.2f} s, {factor:.1f} x real time", "heading"
@@ -169,7 +169,7 @@ def received_bytes_lost(board: Board) -> int:
 
 
 def notes(board: Board) -> list[tuple[DeviceNote, int]]:
-    """Return the first note of each text with the number of notes that are equal to it except for their time."""
+    """Return the first note of each text, with the number of equal ones."""
     first: dict[tuple[str, str, str], DeviceNote] = {}
     counts: Counter[tuple[str, str, str]] = Counter()
     for note in board.trace.of(DeviceNote):
@@ -186,7 +186,7 @@ _FIRST_QUESTION_S = 3.0
 
 
 class Explainer:
-    """Explanation of the failures of one run; ``say`` prints each line."""
+    """Explanation of one run's failures; ``say`` prints each line."""
 
     def __init__(self, board: Board, say: Say) -> None:
         self._board = board
@@ -217,7 +217,7 @@ class Explainer:
     def conclude(self, explain_wrong: Callable[[], Sequence[Diagnosis]] = tuple) -> None:
         """Explain every mistake of the run. Raises FirmwareError after a permanent failure.
 
-        ``explain_wrong``: returns the explanations of wrong numbers; called if the firmware runs and gets samples.
+        ``explain_wrong``: explains wrong numbers, if the firmware runs and gets samples.
         """
         from fcu_emulator.emulator.analysis.mistakes import explain  # late imports let runs start sooner
         from fcu_emulator.emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY

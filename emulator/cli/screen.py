@@ -1,10 +1,10 @@
 """Colours and progress of the command line on a terminal.
 
-Pipes, files and CI logs get plain text. The environment variable ``NO_COLOR`` (https://no-color.org) and
-``TERM=dumb`` turn colours off; a dumb terminal shows no progress either, because it cannot erase a line.
+Pipes, files and logs get plain text. The environment variable ``NO_COLOR`` (https://no-color.org)
+and ``TERM=dumb`` turn colours off.
 
-Decision: the progress line has a thread, so that commands of other programs (make, a plot) show their time, too.
-Rejected alternative: calls from each command's loop, which say nothing while one step takes long.
+Decision: the progress line has a thread, so that long steps and other programs show their time,
+too. Calls from each command's loop were rejected, because they pause during a long step.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _LONGEST = 78  # characters of a progress line; a longer one would be wrapped, a
 
 
 def is_terminal(stream: TextIO | None) -> bool:
-    """Return whether a stream shows its text to a user, who can see colours and a line that changes."""
+    """Return whether a stream has a user and can show colours and a changing line."""
     return stream is not None and stream.isatty() and os.environ.get("TERM") != "dumb"
 
 
@@ -51,16 +51,15 @@ def mark_of(code: ExitCode) -> tuple[Look, str]:
 
 
 def paint(text: str, look: Look | None, *, err: bool = False) -> str:
-    """Return ``text`` with a colour if standard output (with ``err``, standard error) shows colours."""
+    """Return ``text`` with a colour if standard output (``err``: standard error) shows colours."""
     coloured = is_terminal(sys.stderr if err else sys.stdout) and not os.environ.get("NO_COLOR")
     return click.style(text, **_LOOKS[look]) if look is not None and coloured else text
 
 
 def wrapped(text: str, width: int = WIDTH, hang: int = 4) -> list[str]:
-    """Return untrusted text as lines with escapes for control characters. Lines after the first are indented
-    by ``hang`` more characters.
+    """Return untrusted text as lines, with escapes for control characters.
 
-    Paths and other long words are not broken.
+    Lines after the first are indented by ``hang`` more characters. Long words are not broken.
     """
     text = visible(text, lines=True)
     indent = " " * (len(text) - len(text.lstrip()) + hang)
@@ -71,7 +70,7 @@ def wrapped(text: str, width: int = WIDTH, hang: int = 4) -> list[str]:
 
 
 class Say(Protocol):
-    """A function that prints a line for the user, such as :func:`say`."""
+    """A function that prints a line, such as :func:`say`."""
 
     def __call__(self, line: str, look: Look | None = None) -> None:
         """Print a line for the user."""
@@ -79,10 +78,10 @@ class Say(Protocol):
 
 
 def say(line: str, look: Look | None = None, mark: str = "", *, wrap: bool = True) -> None:
-    """Print a line for the user on stderr with the prefix ``fcu:``; control characters become escapes.
+    """Print a line on stderr with the prefix ``fcu:``; control characters become escapes.
 
-    With ``mark``, such as "FAIL", the line begins with the mark and has its colour. On a terminal a long line
-    is wrapped, unless ``wrap`` is False.
+    ``mark``, such as "FAIL", begins the line and has its colour. A terminal wraps long lines,
+    unless ``wrap`` is False.
     """
     text = visible(line)
     first = f"fcu: {mark} " if mark else "fcu: "
@@ -95,14 +94,14 @@ def say(line: str, look: Look | None = None, mark: str = "", *, wrap: bool = Tru
 
 
 def gap() -> None:
-    """Print an empty line on stderr, between two groups of lines."""
+    """Print an empty line on stderr."""
     _print_err("")
 
 
 class ProgressLine:
-    """A context with a line on stderr that shows ``text`` and the elapsed time, and is erased at the end.
+    """A context with a line on stderr that shows ``text`` and the elapsed time until the end.
 
-    It appears after a second, and only on a terminal. ``visible_if``: a further condition.
+    It appears after a second, only on a terminal. ``visible_if``: a further condition.
     """
 
     _current: ProgressLine | None = None
@@ -137,7 +136,7 @@ class ProgressLine:
         self.erase()
 
     def erase(self) -> None:
-        """Erase the line, so that other text can be printed in its place."""
+        """Erase the line, so that other text can be printed."""
         with _LOCK:
             if self._shown:
                 _write("\r\033[K")

@@ -1,7 +1,7 @@
-"""Requests to end: SIGTERM and SIGHUP raise :class:`Terminated`, so that every ``finally`` removes temporary files.
+"""Requests to end: SIGTERM and SIGHUP raise :class:`Terminated`, so that every ``finally`` runs.
 
-Decision: a signal that is ignored at the start stays ignored, because with ``nohup`` the user wants the
-command to outlive the terminal.
+Decision: a signal that is ignored at the start stays ignored, because with ``nohup`` the command
+must outlive the terminal.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _raised: list[int] = []
 
 
 class Terminated(BaseException):
-    """Signal ``number`` asked the process to end; not an Exception, so that general handlers ignore it."""
+    """Signal ``number`` asked the process to end; general handlers ignore this exception."""
 
     def __init__(self, number: int) -> None:
         self.number = number
@@ -27,7 +27,7 @@ class Terminated(BaseException):
 
 
 def end_in_order() -> None:
-    """Let future requests to end raise :class:`Terminated` in the main thread."""
+    """Let future requests raise :class:`Terminated` in the main thread."""
     for name in _NAMES:
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is signal.SIG_DFL:
@@ -35,7 +35,7 @@ def end_in_order() -> None:
 
 
 def end_at_once() -> None:
-    """Let future requests end the process at once, because all work is done."""
+    """Let future requests end the process at once."""
     for name in _NAMES:
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is _raise:
@@ -43,9 +43,9 @@ def end_at_once() -> None:
 
 
 def ask_again(unraisable: sys.UnraisableHookArgs) -> None:
-    """Repeat a request that Python could not raise, for example in a destructor.
+    """Repeat a request that Python could not raise.
 
-    Another thread must repeat it, because Python would drop it here as well.
+    Another thread repeats it, because Python would drop it here again.
     """
     error = unraisable.exc_value
     if isinstance(error, KeyboardInterrupt | Terminated):
@@ -69,7 +69,7 @@ def _raise(number: int, frame: FrameType | None) -> None:
 def _is_worker() -> bool:
     """Return whether this is a worker of :mod:`fcu_emulator.emulator.host.isolation`.
 
-    This function must not import the module, because a signal may come while the module is partly loaded.
+    A signal may come while that module is partly loaded, so it must not be imported here.
     """
     limits_of_worker = getattr(
         sys.modules.get("fcu_emulator.emulator.host.isolation"), "limits_of_worker", None

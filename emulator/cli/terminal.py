@@ -2,8 +2,7 @@
 
 Decision: output is passed to the console unchanged, so that recordings have every byte as sent.
 
-Decision: the keyboard has a separate thread, because ``select`` supports neither Windows' console nor files
-there.
+Decision: the keyboard has a separate thread, because ``select`` does not support Windows' console.
 """
 
 from __future__ import annotations
@@ -44,11 +43,11 @@ class Port(Protocol):
     """One end of the line to a board."""
 
     def read(self) -> bytes | None:
-        """Return received bytes, b"" if there are none for a while, None if the other end has gone."""
+        """Return received bytes, b"" if there are none for a while, None at the end."""
         ...
 
     def write(self, data: bytes) -> None:
-        """Send all of ``data``, waiting if necessary. Raises OSError."""
+        """Send all data, waiting if necessary. Raises OSError."""
         ...
 
     def close(self) -> None:
@@ -107,7 +106,7 @@ class _SerialPort:
 
 
 class _ControlPort:
-    """Terminal of a board without a serial port, through its control server."""
+    """Terminal of a board without a serial port, by its control server."""
 
     def __init__(self, board: RunningBoard) -> None:
         self._conversation = ControlClient(board)
@@ -143,7 +142,7 @@ class _ControlPort:
 
 
 def open_port(where: str | None, board: str | None = None) -> tuple[str, Port]:
-    """Return the name and the port, by default of the running board. Raises InputError."""
+    """Return name and port, by default of the running board. Raises InputError."""
     if where is None:
         running = the_running_board(board)
         if not running.serial:
@@ -241,7 +240,8 @@ class Console:
 if sys.platform != "win32":
 
     def _raw(descriptor: int) -> Callable[[], None]:
-        """Make the console return each key at once, including Ctrl-C. Return a function that undoes this.
+        """Make the console return each key at once, including Ctrl-C; return a function that undoes
+        this.
 
         The mode of the output does not change.
         """
@@ -258,10 +258,7 @@ _ESCAPES = {"H": "A", "P": "B", "M": "C", "K": "D", "G": "H", "O": "F"}
 
 
 def key(getwch: Callable[[], str], kbhit: Callable[[], bool]) -> bytes:
-    """Return a Windows console key as a serial line's bytes; skip keys without bytes.
-
-    A special key arrives as two codes at once, the first possibly a letter.
-    """
+    """Return a Windows console key as a serial line's bytes; skip keys without bytes."""
     while True:
         character = getwch()
         if character == "\x00" or (character == "\xe0" and kbhit()):

@@ -1,7 +1,4 @@
-"""The compiler arm-none-eabi-gcc: on the PATH, or in the folders of the vendors' documentation.
-
-The installers of STM32CubeIDE, Arm, xPack and PlatformIO do not change the PATH.
-"""
+"""The compiler arm-none-eabi-gcc: on the PATH, or in the vendors' usual folders."""
 
 from __future__ import annotations
 
@@ -51,10 +48,9 @@ _PLACES: Mapping[str, tuple[str, ...]] = {
 def find_compiler(
     environment: Mapping[str, str] = os.environ, system: str = sys.platform, root: Path = Path("/")
 ) -> Path | None:
-    """Return the compiler's path, or None if the compiler is not installed.
+    """Return the compiler's path, or None.
 
-    ``environment``: PATH, HOME and Windows' variables. ``system``: as ``sys.platform``. ``root``: the folder
-    that replaces / on Linux and macOS.
+    ``environment``: PATH, HOME and Windows' variables. ``root``: replaces / on Linux and macOS.
     """
     name = COMPILER + (".exe" if system == "win32" else "")
     found = shutil.which(COMPILER, path=environment.get("PATH", os.defpath))
@@ -83,7 +79,7 @@ def _folders(environment: Mapping[str, str], system: str, root: Path) -> Iterato
 
 
 def _version(folder: Path) -> tuple[tuple[int, ...], str]:
-    """Return a sort key by the numbers in the path, so that 13.3 is after 9.3."""
+    """Return a sort key by the path's numbers (13.3 is after 9.3)."""
     return tuple(map(int, re.findall(r"\d+", str(folder)))), str(folder)
 
 

@@ -1,10 +1,10 @@
-"""Untrusted archives: unpack a zip file's regular files into one folder, in bounded memory, time and space.
+"""Untrusted archives: unpack a zip file's regular files in bounded memory, time and space.
 
-An archive is refused as a whole if it has links, devices, encrypted or duplicate files, names that lead out
-of the folder, or too much data or compression.
+An archive is refused if it has links, devices, encrypted or duplicate files, names that lead out of
+the folder, or too much data or compression.
 
-Decision: entries are counted by their signature before the directory is parsed, because parsing needs the
-memory. ``ZipFile.extractall`` was rejected: it changes names silently and has no limits.
+Decision: entries are counted by their signature first, because parsing the directory needs the
+memory. ``ZipFile.extractall`` was rejected: it has no limits.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ CLASS: Final = Bounds(entries=100_000, bytes=4 << 30)
 
 
 def unpack(archive: Path, into: Path, bounds: Bounds = SUBMISSION) -> None:
-    """Write the archive's files into the new folder ``into``. Raises ArchiveError, NotJudgedError."""
+    """Write the files into the new folder ``into``. Raises ArchiveError, NotJudgedError."""
     try:
         size = archive.stat().st_size
         if size > bounds.bytes:
@@ -110,7 +110,7 @@ def _unpack(opened: zipfile.ZipFile, into: Path, bounds: Bounds, packed: int) ->
 
 
 def _set_time(target: Path, entry: zipfile.ZipInfo) -> None:
-    """Set the file's time from the archive, where platforms store the time of submission."""
+    """Set the file's time from the archive."""
     with suppress(OSError, ValueError, OverflowError):
         at = datetime(*entry.date_time).timestamp()
         os.utime(target, (at, at))

@@ -1,9 +1,9 @@
-"""The Gradescope autograder as one zip file: scripts, rubric, scenarios, secret, and the package.
+"""The Gradescope autograder as one zip file.
 
 Source: https://gradescope-autograders.readthedocs.io/en/latest/specs/.
 
-Decision: the package is a wheel of this version, from the teacher or a package index, because the installed
-files may contain another system's C library.
+Decision: the package is a wheel of this version, because installed files may contain another
+system's C library.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def write_autograder(
 ) -> list[str]:
     """Write the archive and return the names of its files. Raises InputError, OutputError.
 
-    ``wheel``: the wheel of this version for Linux; None: the package comes from a package index.
+    ``wheel``: this version's wheel for Linux; None: from a package index.
     """
     package = f"fcu-emulator=={version('fcu-emulator')}"
     contents: dict[str, bytes] = {}
@@ -94,7 +94,7 @@ def _contents(file: Path) -> bytes:
 
 
 def _files_of(rubric: Rubric) -> Mapping[str, bytes]:
-    """Return the contents of the rubric and of all files that it names, directly or indirectly."""
+    """Return the contents of the rubric and of all files that it needs."""
     folder = rubric.path.resolve().parent
     found: dict[str, bytes] = {}
     waiting = [rubric.path.resolve()]

@@ -1,14 +1,14 @@
 """Build submitted source: the student's C files with our Makefile, in a sandbox.
 
-Untrusted source can include any file, so the compiler runs under bubblewrap with limits and without network.
-With ``sandbox=False`` only the limits apply, and root compiles as the user ``nobody``, which reads only public files.
+Source can include any file, so the compiler runs under bubblewrap with limits and without network.
+With ``sandbox=False`` only the limits apply, and root compiles as the user ``nobody``.
 
-Decision: the support layer is compiled once and copied into each build, which takes a tenth of the time. A
+Decision: the support layer is compiled once and copied into each build, in a tenth of the time. A
 container for each build was rejected: it needs a privileged service.
 
-Decision: after a failed build, a control program is compiled, and then the submission again, because the
-machine must never cause the result "does not compile". Searching the messages for "No space left" was
-rejected, because source code can produce such messages.
+Decision: after a failed build, a control program is compiled, and then the submission again,
+because the machine must never cause "does not compile". Searching the messages was rejected,
+because source code can produce them.
 """
 
 from __future__ import annotations
@@ -129,7 +129,7 @@ def _link_error(log: str) -> str:
 
 @dataclass(frozen=True)
 class Built:
-    """A program built from source, and the compiler's warnings."""
+    """A program built from source, and the warnings."""
 
     firmware: SubmittedFirmware
     log: str
@@ -143,7 +143,7 @@ class _Made(NamedTuple):
 
 
 class Builder:
-    """Builder for one wiring. ``kept``: folder of earlier builds; None: builds are not kept.
+    """Builder for one wiring. ``kept``: folder of earlier builds, or None.
 
     Raises InputError, also in the first build, if this machine cannot build.
     """
@@ -188,9 +188,10 @@ class Builder:
         self._folder.cleanup()
 
     def build(self, source: SubmittedSource) -> Built:
-        """Return the program, from an earlier build if possible. Thread-safe.
+        """Return the program, possibly from an earlier build. Thread-safe.
 
-        Raises CompileError if the source is at fault, NotJudgedError or InputError if the machine is.
+        Raises CompileError if the source is at fault, NotJudgedError or InputError if the machine
+        is.
         """
         key = hashlib.sha256(f"{_FORMAT} {self._toolchain} {source.digest}".encode()).hexdigest()
         built = self._known(key)
@@ -259,7 +260,7 @@ class Builder:
         return built
 
     def _build_once(self, files: Mapping[str, bytes], *, final: bool = False) -> Built | None:
-        """Build once; return None if the machine may have caused the failure."""
+        """Build once; return None if the machine may be at fault."""
         with self._attempt(files) as made:
             elf = made.folder / "lab3.elf"
             if made.code == 0 and elf.is_file():
@@ -280,7 +281,7 @@ class Builder:
     def _attempt(
         self, files: Mapping[str, bytes], *, with_support: bool = True, ballast: int = 0
     ) -> Iterator[_Made]:
-        """Run make in a new folder; ``ballast``: number of bytes to write first, to test the free disk space."""
+        """Run make in a new folder, after writing ``ballast`` bytes."""
         with TemporaryDirectory(dir=self._folder.name, ignore_cleanup_errors=True) as folder:
             work = Path(folder)
             (work / "tmp").mkdir()
@@ -293,7 +294,7 @@ class Builder:
             yield self._make(work)
 
     def _make(self, work: Path) -> _Made:
-        """Run make. Raises NotJudgedError if it did not start or was killed from outside."""
+        """Run make. Raises NotJudgedError if it was killed from outside."""
         here, template = (_HERE, _TEMPLATE) if self.sandbox else (str(work), str(self._template))
         compiler = _toolchain_of_path().compiler
         command = [
@@ -404,10 +405,7 @@ class _Toolchain(NamedTuple):
 
 @functools.cache
 def _toolchain_of_path() -> _Toolchain:
-    """Return the toolchain of the compiler on the PATH, which may be a link or a script.
-
-    The result never has the whole prefix, because the prefix of ``~/bin`` is the home folder.
-    """
+    """Return the toolchain of the compiler on the PATH, which may be a link or a script."""
     found = Path(shutil.which(COMPILER) or COMPILER).resolve()
     said = subprocess.run([found, "-print-search-dirs"], capture_output=True, text=True, check=False).stdout
     install = Path(os.path.normpath(said.partition("\n")[0].removeprefix("install:").strip()))
@@ -422,7 +420,7 @@ def _toolchain_of_path() -> _Toolchain:
 
 
 def _toolchain(template: Path, bus: str) -> str:
-    """Return a digest of everything except the source that affects the built program."""
+    """Return a digest of all but the source that affects the program."""
     digest = hashlib.sha256(bus.encode())
     digest.update(_compiler_version().encode())
     for path in sorted(template.rglob("*")):

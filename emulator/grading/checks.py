@@ -1,7 +1,4 @@
-"""Kinds of checks that a rubric has in addition to a scenario's expectations.
-
-A new kind is a class, added to the union at the end.
-"""
+"""Kinds of checks in rubrics, in addition to a scenario's expectations."""
 
 from __future__ import annotations
 
@@ -50,7 +47,7 @@ class Check(Expected):
 
     @abstractmethod
     def evaluate(self, run: FinishedRun) -> ExpectationResult:
-        """Return the result. Raises NotJudgedError if it cannot be evaluated."""
+        """Return the result. Raises NotJudgedError if there is none."""
 
 
 # -- The program as a whole: no fault, no diagnosis, no compiler warnings -----------------------------------
@@ -70,7 +67,7 @@ class NoFault(Check):
 
 
 class NoDiagnosis(Check):
-    """The final diagnosis contains none of these kinds and no fatal problem."""
+    """The final diagnosis has none of these kinds, and is not fatal."""
 
     kind: Literal["no_diagnosis"]
     of: list[Kind] = Field(min_length=1)
@@ -84,7 +81,7 @@ class NoDiagnosis(Check):
 
 
 class NoWarnings(Check):
-    """The compiler printed no warnings; unjudged if the program was not built here."""
+    """The compiler printed at most ``max`` warnings; unjudged if fcu did not build the program."""
 
     RENAMED: ClassVar[Mapping[str, str]] = {"most": "max"}
 
@@ -126,7 +123,7 @@ class QuietCallback(Check):
         return "no print in the timer's callback"
 
     def watch(self, board: Board) -> list[float]:
-        """Poll every 0.1 ms for bytes sent in the timer's interrupt."""
+        """Poll every 0.1 ms for bytes sent in the interrupt."""
         caught: list[float] = []
         counts: list[int] = []
 
@@ -197,7 +194,7 @@ def _known_property(name: str) -> str:
 class Property(Check):
     """The compiled functions obey a law of :mod:`fcu_emulator.emulator.testing.lab3`.
 
-    Unjudged if the function or the package Hypothesis is missing.
+    Unjudged without the function or the package Hypothesis.
     """
 
     kind: Literal["property"]

@@ -1,7 +1,7 @@
-"""Copies: identical programs and sources in a class, and submissions of the template or solution of fcu.
+"""Copies: identical programs and sources in a class, and submissions of fcu's own programs.
 
-Decision: each program has a digest of its normal form (loaded bytes, or C tokens), so that a large class
-needs one pass. A measure of similarity was rejected: it accuses students who wrote a few lines alike.
+Decision: each program has a digest of its loaded bytes or C tokens, so that a large class needs one
+pass. A measure of similarity was rejected: it accuses students who wrote a few lines alike.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _OF_SOLUTION: Final = arm.sources() / "prebuilt" / "solution-source.sha256"
 
 
 def program_digest(firmware: SubmittedFirmware) -> str:
-    """Return a digest of the loaded bytes; "" if not firmware."""
+    """Return a digest of the loaded bytes, or ""."""
     try:
         image = parse_firmware(firmware.data, firmware.name)
     except FcuError:
@@ -45,7 +45,7 @@ def program_digest(firmware: SubmittedFirmware) -> str:
 
 
 def source_digest(source: SubmittedSource) -> str:
-    """Return a digest of all files' C tokens."""
+    """Return a digest of all C tokens."""
     forms = sorted(filter(None, map(_normal_form, source.files.values())))
     return hashlib.sha256(b"\0".join(forms)).hexdigest()
 
@@ -57,7 +57,7 @@ def _normal_form(data: bytes) -> bytes:
 
 @functools.cache
 def shipped_digests() -> Mapping[str, str]:
-    """Return "template" or "solution" by the digests of fcu's programs and sources."""
+    """Return "template" or "solution" by digests of fcu's programs."""
     found = {}
     for program in arm.PROGRAMS:
         for bus in arm.BUSES:
@@ -74,7 +74,7 @@ def shipped_digests() -> Mapping[str, str]:
 def with_copies(graded: Iterable[tuple[Hashable, Graded]]) -> list[Graded]:
     """Add the ids of identical submissions to the results.
 
-    Each pair has a key of the submitted files; equal keys are a team's submission, not a copy.
+    Each pair has a key; equal keys mean a team, not copies.
     """
     pairs = list(graded)
     sources: dict[str, list[tuple[Hashable, str]]] = {}

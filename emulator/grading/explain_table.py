@@ -1,4 +1,5 @@
-"""The table ``[explain]`` of a rubric: the lab's arithmetic, with which wrong numbers are explained.
+"""The table ``[explain]`` of a rubric: the lab's arithmetic, with which wrong numbers are
+explained.
 
 ::
 
@@ -8,7 +9,7 @@
     [explain.formulas]                 # each uses inputs and formulas above it
     acc_x = "trunc(acc_raw_x * 0.122)"
 
-    [explain.shows]                    # the formulas that the numbers of a check show, in the order of its expectations
+    [explain.shows]                    # in the order of a check's expectations
     "1.acc" = ["acc_x"]
 
     [[explain.call]]                   # a function that must be called, if the program has it
@@ -16,8 +17,7 @@
     caller = "HAL_TIM_PeriodElapsedCallback"
     checks = ["5.yaw"]
 
-Decision: the formulas affect no points. A check compares with the truth; the formulas only say where and why a program
-differs, so that a mistake in them cannot cost points.
+Decision: the formulas affect no points. They explain failures, so that a mistake in them costs nothing.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class InputTable(Table):
 
 
 class AlternativeTable(Table):
-    """Other formulas that are right as well, except for the checks ``not_for``."""
+    """Other formulas that are right, except for ``not_for``."""
 
     formulas: dict[FormulaName, FormulaText] = Field(min_length=1, max_length=_MOST)
     not_for: list[str] = Field(default_factory=list, max_length=_MOST)

@@ -1,4 +1,4 @@
-"""Explanations of wrong numbers in a verdict, by the formulas of its rubric."""
+"""Explanations of wrong numbers in a verdict, by the rubric's formulas."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def explained(
 ) -> list[RunEvidence]:
     """Return the evidence with explanations of wrong numbers before the other causes.
 
-    Only failed checks that students see are explained, and only if the program runs and receives samples.
+    Only visible checks are explained, and only if the program runs and receives samples.
     """
     try:
         return _explained(evidence, firmware, rubric, results, limits)
@@ -103,7 +103,7 @@ def _with_missing_calls(
 def _outputs(
     rubric: Rubric, exercise: str, run: str, results: Mapping[str, CheckResult]
 ) -> Iterator[ShownNumber]:
-    """Yield the wrong numbers of a run that a student sees."""
+    """Yield a run's wrong numbers that a student sees."""
     from fcu_emulator.emulator.explain.explanation import ShownNumber
 
     assert rubric.explain is not None

@@ -1,6 +1,6 @@
 """Grading of a class: every submission from its file to its verdict.
 
-A thread follows each submission; few are in progress at a time, to bound the memory.
+A thread follows each submission; few run at a time.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ _MORE_THREADS = 2  # submissions read and built while the workers judge
 class Grader:
     """Grader with its settings for a class.
 
-    ``rubric_name``: name or path for the workers. ``slots``: number of parallel tasks. ``builder``: called for the
-    first source, so that ELF files need no compiler. ``salt``: the teacher's secret. ``store``: verdicts to use again;
-    None: judge all. ``limits``: None on a cluster, which has its own. ``shown``: returns the student for the reports.
+    ``rubric_name``: name or path for the workers. ``slots``: parallel tasks. ``builder``: called
+    for the first source. ``salt``: the teacher's secret. ``store``: None: judge all. ``limits``:
+    None on a cluster. ``shown``: returns the student for the reports.
     """
 
     rubric: Rubric
@@ -52,7 +52,7 @@ class Grader:
     _made: list[Builder] = field(default_factory=list)
 
     def grade(self, submissions: Iterable[Submission]) -> Generator[tuple[Submission, Graded]]:
-        """Yield results with evidence as they complete; closing the generator stops workers and compilers."""
+        """Yield results as they complete; closing the generator stops workers and compilers."""
         pool = ThreadPoolExecutor(self.slots + _MORE_THREADS, thread_name_prefix="fcu-grade")
         try:
             for done in as_completed({pool.submit(self._grade, one) for one in submissions}):

@@ -1,6 +1,6 @@
 """Evaluation of one program by a rubric, in this process.
 
-Limits are never in wall time: load must not change a verdict.
+Limits exclude wall time, because load must not change a verdict.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ Program: TypeAlias = str | Path | FirmwareFactory
 
 @dataclass(frozen=True)
 class JudgeProgress:
-    """The current run, and virtual seconds of all runs together."""
+    """The current run, and virtual seconds of all runs."""
 
     run: str
     done_s: float
@@ -87,9 +87,9 @@ def judge(
 ) -> Verdict:
     """Judge a firmware (a file, a shipped one by name, or one in Python) on the board ``seed``.
 
-    ``exercises``: ids; None for all. ``build_log``: the compiler's output; without it, checks of the output
-    are unjudged. ``executor``: makes runs in parallel, with the same verdict; it is not used for firmware in
-    Python. Raises InputError for invalid firmware or an unknown exercise.
+    ``exercises``: ids; None for all. ``build_log``: without it, checks of the compiler's output are
+    unjudged. ``executor``: makes runs in parallel, except for firmware in Python. Raises InputError
+    for invalid firmware or an unknown exercise.
     """
     wanted = [rubric.exercise(name) for name in exercises] if exercises is not None else rubric.exercises
     digest = firmware_digest(firmware)
@@ -126,7 +126,7 @@ def judge(
 
 
 def _runs_of(rubric: Rubric, asked: Sequence[str]) -> dict[str, list[str]]:
-    """Return the runs that the asked checks and their prerequisites need, with the checks of each run."""
+    """Return the needed runs, also for prerequisites, with their checks."""
     tables = _checks_by_id(rubric)
     needed = rubric.prerequisites.needed(asked)
     checks: dict[str, list[str]] = {}
@@ -144,7 +144,7 @@ def _checks_by_id(rubric: Rubric) -> dict[str, tuple[ExerciseTable, CheckTable]]
 
 @dataclass(frozen=True)
 class _RunTask:
-    """A run to be made, and its checks by id; ``asked``: the checks of the asked exercises."""
+    """A future run and its checks; ``asked``: checks of asked exercises."""
 
     firmware: Program
     seed: int
@@ -156,14 +156,14 @@ class _RunTask:
 
 @dataclass(frozen=True)
 class _Outcome:
-    """Results by check; ``evidence`` is empty if no asked check uses the run."""
+    """Results by check; ``evidence`` is empty without an asked check."""
 
     results: dict[str, CheckResult]
     evidence: list[RunEvidence]
 
 
 class _Follow:
-    """Reporter of progress, for runs in sequence (``at``, ``end``) or in parallel (``end`` in any order)."""
+    """Reporter of progress; parallel runs only call ``end``, in any order."""
 
     def __init__(
         self, rubric: Rubric, tasks: Sequence[_RunTask], report: Callable[[JudgeProgress], None]
@@ -190,10 +190,7 @@ def _one_by_one(rubric: Rubric, tasks: Sequence[_RunTask], follow: _Follow) -> I
 def _in_parallel(
     executor: Executor, rubric: Rubric, tasks: Sequence[_RunTask], follow: _Follow
 ) -> list[_Outcome]:
-    """Return the outcomes in the order of the tasks. Raises NotJudgedError.
-
-    The executor makes the longest runs first. This process makes the shortest runs that no worker has begun.
-    """
+    """Return the outcomes in the order of the tasks. Raises NotJudgedError."""
     longest_first = sorted(tasks, key=lambda task: -follow.duration_s[task.run])
     submitted = [(task, executor.submit(_outcome_in_worker, task, rubric.file)) for task in longest_first]
     done: dict[str, _Outcome] = {}
@@ -228,7 +225,7 @@ def _outcome(task: _RunTask, rubric: Rubric, told: Callable[[float], None]) -> _
 
 
 def reworded(verdict: Verdict, rubric: Rubric) -> Verdict:
-    """Return the verdict with the texts of ``rubric``, which has the same judging digest."""
+    """Return the verdict with the texts of ``rubric``, whose judging digest is equal."""
     tables = {f"{exercise.id}.{check.id}": check for exercise in rubric.exercises for check in exercise.check}
     checks = (
         result.model_copy(
@@ -261,7 +258,7 @@ def _actual(result: CheckResult, tables: Mapping[str, CheckTable]) -> str:
 
 
 def firmware_digest(firmware: Program) -> str:
-    """Return the file's SHA-256; for Python firmware, that of its name and version. Raises InputError."""
+    """Return the SHA-256 of the file, or of Python firmware's name and version. Raises InputError."""
     choice = choose(Board.description, firmware, None)
     if choice.image is None:
         return hashlib.sha256(f"{choice.name} {version('fcu-emulator')}".encode()).hexdigest()
@@ -332,7 +329,7 @@ class _JudgedRun:
         board.close()
 
     def _died_ps(self) -> int | None:
-        """Return when the program crashed, hung or was stopped, or None."""
+        """Return when the program crashed, hung or was stopped."""
         if self.stopped:
             return self.board.clock.now_ps
         fatal = next((one for one in self.diagnoses if one.fatal), None)
@@ -389,7 +386,7 @@ class _JudgedRun:
         return next(filter(None, found), "")
 
     def _evaluated(self, check: AnyCheck, enough_ps: int | None) -> ExpectationResult:
-        """Return one expectation's result. Raises NotJudgedError, also for an unexpected error in the check."""
+        """Return one result. Raises NotJudgedError, also for a bug in the check."""
         enough = self.died_ps is None or (enough_ps is not None and self.died_ps >= enough_ps)
         on_terminal = isinstance(check, Expectation) and check.ON_TERMINAL
         if not enough and (self.stopped or on_terminal):

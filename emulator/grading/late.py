@@ -1,15 +1,13 @@
-"""Late penalty: the points that a late submission loses, by the rubric's table ``[late]``.
-
-::
+"""Late penalty by the rubric's table ``[late]``::
 
     [late]
-    penalty_per_day = "10 %"   # of all points, for each day that has begun; or points, such as 2
+    penalty_per_day = "10 %"   # of all points, for each day that has begun; or points
     grace_minutes = 15
     max_penalty = "50 %"
     at_most_days = 7           # later: no points
 
-Decision: a percentage refers to all points of the rubric, not to the earned points, so that the penalty
-reveals nothing about hidden checks.
+Decision: a percentage refers to all points of the rubric, so that the penalty reveals nothing about
+hidden checks.
 """
 
 from __future__ import annotations
@@ -64,7 +62,9 @@ class LateTable(Table):
 
 
 def late_penalty(rule: LateTable, late_by_s: float, max_points: float) -> float:
-    """Return the lost points, at most ``max_points``. Days are counted from the deadline, even with a grace period."""
+    """Return the lost points, at most ``max_points``. Days count from the deadline, even with a
+    grace period.
+    """
     if late_by_s <= rule.grace_minutes * _MINUTE_S:
         return 0.0
     days = max(1, -(-late_by_s // _DAY_S))

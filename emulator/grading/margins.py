@@ -1,7 +1,7 @@
-"""Warnings about margins that are too large to test anything, or so small that correct programs fail.
+"""Warnings about margins that are too large to test anything, or too small for correct programs.
 
-Decision: the sensors' error is the largest of :data:`BOARDS` drawn boards, with noise and the wandering
-of the pressure at three standard deviations. The sum of all limits was rejected: no board of a class has it.
+Decision: the sensors' error is the largest of :data:`BOARDS` drawn boards, with noise and pressure
+drift at three standard deviations. The sum of all limits was rejected: no real board has it.
 """
 
 from __future__ import annotations
@@ -49,9 +49,9 @@ _ON_BOARD = next(
 def sensor_error(
     quantity: str, value: float, settings: SensorSettings, board: BoardErrors | None = None
 ) -> float | None:
-    """Return a correct program's largest error near plus or minus ``value``; None without an estimate.
+    """Return a correct program's largest error near plus or minus ``value``, or None.
 
-    ``board``: deviations of the board; default: those of the sensors' quality.
+    ``board``: deviations; default: drawn by the sensors' quality.
     """
     wander_hpa = (board or BoardErrors.of_quality(settings.quality, 0)).pressure_wander_hpa
     if quantity.lower() in ("pitch", "roll"):
@@ -91,7 +91,7 @@ def _pressure_noise(errors: LPS22HBErrors, wander_hpa: float) -> float:
 
 
 def _pressure_error(errors: LPS22HBErrors, wander_hpa: float) -> float:
-    """Return the error in hPa: offset, slope at the range's ends, and noise."""
+    """Return offset, slope at the range's ends, and noise, in hPa."""
     offset_hpa = abs(errors.pressure_bias_hpa) + abs(errors.pressure_relative_hpa)
     return offset_hpa + _pressure_noise(errors, wander_hpa)
 
@@ -113,7 +113,7 @@ class _Margin(NamedTuple):
 
 
 def margin_warnings(rubric: Rubric) -> Iterator[str]:
-    """Yield a warning for each useless or unfair margin."""
+    """Yield warnings of useless and unfair margins."""
     for run in rubric.runs:
         thresholds = [
             _of_threshold(run, number, *ends) for number, ends in enumerate(_thresholds(rubric, run))

@@ -1,7 +1,7 @@
 """The teacher's overrides: points with a comment that replace those of the rubric.
 
-A CSV file with the columns ``id``, ``what`` (``total``, ``late penalty``, an exercise such as ``2``, a check
-such as ``2.pitch``), ``points`` and ``comment``.
+A CSV file with the columns ``id``, ``what`` (``total``, ``late penalty``, an exercise ``2``, a
+check ``2.pitch``), ``points`` and ``comment``.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _COLUMNS = ("id", "what", "points", "comment")
 
 
 def load_overrides(path: Path, rubric: Rubric) -> dict[str, tuple[Override, ...]]:
-    """Return the overrides by lower-case student id. Raises InputError naming file and line."""
+    """Return overrides by lower-case id. Raises InputError naming file and line."""
     text, _ = read_csv(path)
     lines = csv.DictReader(io.StringIO(text, newline=""), delimiter=delimiter(text), strict=True)
     found: dict[str, tuple[Override, ...]] = {}
@@ -67,7 +67,7 @@ def _override(where: str, row: Mapping[str, str | None], rubric: Rubric) -> tupl
 
 
 def with_overrides(graded: Graded, overrides: tuple[Override, ...]) -> Graded:
-    """Return a result, and its verdict, with the overrides."""
+    """Return a result and its verdict with overrides."""
     points = {one.what: one.points for one in overrides}
     verdict = graded.verdict
     if verdict is not None:

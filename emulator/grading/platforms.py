@@ -1,6 +1,6 @@
 """Layouts of class folders: the submitted entries, and the student whom each entry names.
 
-A class folder is collected by hand, with an entry named after each student, or downloaded:
+Entries have a student's name, or are a download:
 
 - Moodle: ``Full Name_1234_assignsubmission_file_/...`` or ``Full Name_1234_assignsubmission_file_main.c``;
   typed text: ``..._assignsubmission_onlinetext_...``;
@@ -9,8 +9,8 @@ A class folder is collected by hand, with an entry named after each student, or 
 - Ilias: ``Lovelace_Ada_login_1234/...``, teams in ``Team 12/``, late files ``Late Submission - ...``;
 - Gradescope: ``submission_1234/...`` beside ``submission_metadata.yml`` (needs PyYAML).
 
-Decision: only the platform's parts of a name identify the student, because students choose file names. An
-ambiguous name is kept whole: a guess could take another student's place.
+Decision: only the platform's parts of a name identify the student, because students choose file
+names. An ambiguous name is kept whole: a guess could take another student's place.
 """
 
 from __future__ import annotations
@@ -55,11 +55,11 @@ _GRADESCOPE = re.compile(r"submission_(?P<id>\d+)", re.ASCII)
 
 @dataclass(frozen=True)
 class SubmittedEntry:
-    """One submitted file or folder, or one that a platform lists but that is missing.
+    """One submitted file or folder, possibly missing.
 
-    ``ids`` and ``names``: keys in a roster; students can choose names. ``group``: key that is equal for all entries
-    of one submission, or "". ``own_name``: name that the student gave to a file which the platform renamed.
-    ``attempt``: time of the attempt; the last attempt of a group is judged.
+    ``ids`` and ``names``: keys in a roster; students can choose names. ``group``: key of a
+    submission, or "". ``own_name``: the student's name of a renamed file. ``attempt``: its time; a
+    group's last attempt is judged.
     """
 
     path: Path
@@ -83,7 +83,7 @@ class SubmittedEntry:
 
     @property
     def is_renamed(self) -> bool:
-        """Return whether the platform may have added a mark to file names."""
+        """Return whether the platform may have marked file names."""
         return self.group.startswith("ilias")
 
     def without_mark(self, name: str) -> str:
@@ -91,7 +91,7 @@ class SubmittedEntry:
 
 
 def entries(folder: Path) -> list[SubmittedEntry]:
-    """Return the entries of a class folder in alphabetical order. Raises InputError."""
+    """Return the entries in alphabetical order. Raises InputError."""
     folder = _ilias_folder(folder)
     paths = _submitted_paths(folder)
     told = _gradescope_submitters(folder)
@@ -122,13 +122,13 @@ def entries(folder: Path) -> list[SubmittedEntry]:
 
 
 def stem(path: Path) -> str:
-    """Return an entry's name without platform marks and suffix."""
+    """Return a name without platform marks and suffix."""
     name = path.name if path.is_dir() else path.stem
     return name if name.strip() else repr(name)
 
 
 def shown_name(name: str) -> str:
-    """Return a name as reports show it; spaces are quoted."""
+    """Return a name for reports; spaces are quoted."""
     return one_line(name, 200) or repr(name)
 
 
@@ -170,7 +170,7 @@ def _moodle(path: Path) -> SubmittedEntry | None:
 
 
 def _canvas(paths: Sequence[Path]) -> dict[Path, SubmittedEntry]:
-    """Return Canvas' entries: each id has one name, each file a unique number."""
+    """Return Canvas' entries: an id has one name, a file one number."""
     matches = {path: match for path in paths if (match := _CANVAS.fullmatch(path.name)) and not path.is_dir()}
     names: dict[str, set[str]] = {}
     for match in matches.values():
@@ -268,7 +268,7 @@ class _Ilias(NamedTuple):
 
 
 def _ilias(paths: Sequence[Path]) -> _Ilias:
-    """Return the entries of a download from Ilias; none unless most folders are named as Ilias names them."""
+    """Return an Ilias download's entries, if most folders have its names."""
     teams = {
         path: _submitted_paths(path) for path in paths if _TEAM.fullmatch(path.name) and _is_folder(path)
     }
@@ -310,7 +310,7 @@ def _is_folder(path: Path) -> bool:
 
 
 def _ilias_folder(folder: Path) -> Path:
-    """Return the folder of the students' folders, at most two levels down."""
+    """Return the parent of the students' folders, at most two levels down."""
     here = folder
     for _ in range(3):
         paths = _submitted_paths(here)
@@ -380,7 +380,7 @@ def _submitter(folder: str, entry: Mapping[object, object]) -> Student:
 
 
 def _word(value: object) -> str:
-    """Return a text or number as text, else "": the text of nested values could be huge."""
+    """Return a text or number as text, else ""."""
     return str(value) if isinstance(value, str | int) else ""
 
 

@@ -1,13 +1,14 @@
-"""Prerequisites of checks: a check with ``requires`` earns points only if all required checks have passed.
+"""Prerequisites of checks: a check with ``requires`` earns points only if all required checks have
+passed.
 
 ::
 
     [[exercise.check]]
     id = "quiet"
-    title = "no alarm while the board is flat"
-    requires = ["alarm", "2"]   # a check of the same exercise; all checks of exercise 2 with points
+    requires = ["alarm", "2"]   # a check of this exercise; all checks of exercise 2 with points
 
-Decision: a rubric names the checks that a check requires; a grade must not depend on the template's results.
+Decision: a rubric names the required checks, because a grade must not depend on the template's
+results.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ PREREQUISITE = "prerequisite"
 
 
 class PrerequisiteError(ValueError):
-    """Entry ``number`` of ``check`` requires an unknown check or the check itself."""
+    """Entry ``number`` of ``check`` requires an unknown check or itself."""
 
     def __init__(self, check: str, number: int, problem: str) -> None:
         super().__init__(problem)
@@ -31,9 +32,7 @@ class PrerequisiteError(ValueError):
 
 
 class Prerequisites:
-    """The required checks of each check, by full names such as "1.alarm". The name of an exercise means all its
-    ``counted`` checks.
-    """
+    """The required checks by full name ("1.alarm"). An exercise means its ``counted`` checks."""
 
     def __init__(self, requires: Mapping[str, Sequence[str]], counted: Collection[str]) -> None:
         self._requires = requires
@@ -54,7 +53,9 @@ class Prerequisites:
         return found
 
     def applied(self, results: Mapping[str, CheckResult], hint: Mapping[str, str]) -> dict[str, CheckResult]:
-        """Return the results: a check fails if a required check has not passed, and is unjudged if one is unjudged."""
+        """Return the results: a check fails with a failed requirement, and is unjudged with an
+        unjudged one.
+        """
         done: dict[str, CheckResult] = {}
 
         def result_of(check: str) -> CheckResult:

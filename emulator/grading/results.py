@@ -1,6 +1,6 @@
-"""Results of grading a class: a line for each student, and the whole as ``grade.json``.
+"""Results of grading a class, as ``grade.json``.
 
-The version ``schema`` grows when a key is removed or changes its meaning.
+``schema`` grows when a key is removed or changes its meaning.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ LATE_PENALTY = "late penalty"
 
 
 class Override(ResultModel):
-    """Points that the teacher gives, or takes off for :data:`LATE_PENALTY`."""
+    """Points that the teacher gives, or deducts for :data:`LATE_PENALTY`."""
 
     what: str
     points: float
@@ -44,10 +44,10 @@ class Override(ResultModel):
 class Graded(ResultModel):
     """Result of one student, without evidence.
 
-    ``reason``: of a submission that is not fully judged. ``report``: file name without suffix. ``on_roster``: None
-    without a roster. ``files``: empty in anonymous reports; ``handed_in``: their number. ``submitted``: ISO 8601,
-    local time. ``late_by_s``: None if unknown. ``late_penalty``: in points. ``shipped``: "template" or "solution" if
-    it is a program of fcu. ``same_source``, ``same_program``: ids of identical submissions.
+    ``report``: file name without suffix. ``on_roster``: None without a roster. ``files``: empty in
+    anonymous reports; ``handed_in``: their number. ``submitted``: ISO 8601, local time.
+    ``late_by_s``: None if unknown. ``late_penalty``: in points. ``shipped``: "template" or
+    "solution" if it is fcu's. ``same_source``, ``same_program``: ids of identical submissions.
     """
 
     id: str
@@ -77,7 +77,7 @@ class Graded(ResultModel):
 
     @property
     def points(self) -> float | None:
-        """Return the points that count; None, never zero, if not fully judged."""
+        """Return the points that count, or None if not fully judged."""
         if (total := self._given(TOTAL)) is not None:
             return total
         earned = self._earned
@@ -85,7 +85,7 @@ class Graded(ResultModel):
 
     @property
     def lost_by_lateness(self) -> float:
-        """Return the points deducted as late penalty; 0 if the teacher gave the total."""
+        """Return the deducted points; 0 if the teacher gave the total."""
         if self._given(TOTAL) is not None or self._earned is None:
             return 0.0
         return round(self._earned - after_penalty(self._earned, self.late_penalty), 4)
@@ -98,7 +98,7 @@ class Graded(ResultModel):
         return round(sum(one for one in points if one is not None), 4)
 
     def points_of(self, exercise: str) -> float | None:
-        """Return the points; None if not fully judged."""
+        """Return the points, or None if not fully judged."""
         given = self._given(exercise)
         return given if given is not None or self.verdict is None else self.verdict.points_of(exercise)
 
@@ -107,14 +107,14 @@ class Graded(ResultModel):
 
     @property
     def late_by(self) -> str:
-        """Describe the delay: "3 d 4 h", "late" if unknown, "" if in time."""
+        """Describe the delay: "3 d 4 h", "late" if unknown, or ""."""
         if not self.late:
             return ""
         return duration_text(self.late_by_s) if self.late_by_s is not None else "late"
 
     @property
     def late_words(self) -> str:
-        """Describe delay and penalty: "1 d 2 h: 2 points less", or ""."""
+        """Describe delay and penalty: "1 d 2 h: 2 points less"."""
         if self._given(TOTAL) is None and (self._given(LATE_PENALTY) is not None or self.late_penalty):
             less = f"{self.late_penalty:g} {'point' if self.late_penalty == 1 else 'points'} less"
             return f"{self.late_by}: {less}" if self.late else less
@@ -134,7 +134,7 @@ class Graded(ResultModel):
 
     @property
     def again(self) -> str:
-        """Return the command that judges this submission again, or "" if there is none."""
+        """Return the command that judges this submission again, or ""."""
         verdict = self.verdict
         if verdict is None or verdict.seed is None or not is_shipped(verdict.rubric, verdict.rubric_digest):
             return ""
@@ -189,7 +189,7 @@ def duration_text(seconds: int) -> str:
 
 
 def report_name(student: str) -> str:
-    """Return a file name for an id, unique and valid on every system."""
+    """Return a file name for an id, unique and portable."""
     plain = re.sub(r"[^A-Za-z0-9_-]+", "-", student).strip("-")[:60]
     if plain == student and plain.islower() | plain.isdigit():
         return plain

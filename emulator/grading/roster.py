@@ -1,7 +1,7 @@
-"""Roster of a class: a CSV file with a line for each student, as learning platforms export it.
+"""Roster of a class: a CSV file with a line for each student.
 
-Columns are found by name; only the id is required. A file that is not UTF-8 is read as Windows-1252, as
-spreadsheets write it.
+Columns are found by name; only the id is required. A file that is not UTF-8 is read as
+Windows-1252.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _IDENTIFIER_PREFIX = "Participant "  # as in "Participant 1234" of Moodle
 
 @dataclass(frozen=True)
 class Student:
-    """One line of the roster, in valid Unicode. Seeds and file names are derived from ``id``."""
+    """One line of the roster, in valid Unicode. Seeds and file names depend on ``id``."""
 
     id: str
     name: str = ""
@@ -71,7 +71,7 @@ class Roster:
 
 
 def load_roster(path: Path) -> Roster:
-    """Read a CSV file. Raises InputError with file, line and correct values."""
+    """Read a CSV file. Raises InputError with file and line."""
     text, notes = read_csv(path)
     lines = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter(text), strict=True)
     students: dict[str, Student] = {}
@@ -93,7 +93,7 @@ def load_roster(path: Path) -> Roster:
 
 
 def read_csv(path: Path) -> tuple[str, list[str]]:
-    """Return a CSV file's text, and notes for the user. Raises InputError."""
+    """Return the text, and notes for the user. Raises InputError."""
     try:
         if path.exists() and not path.is_file():
             raise InputError(f"{path}: must be a regular file; give a CSV file with a column id")

@@ -1,13 +1,12 @@
-"""Rubrics: TOML files with the rules for judging the programs of a class, exercise by exercise.
-
-::
+"""Rubrics: TOML files with the rules for judging the programs of a class::
 
     verdict = judge("lab3.elf", load_rubric("lab3"), seed=7)
     print(verdict.points, "of", verdict.max_points)
 
-A rubric has runs (scenarios by name, by file, or inline), simulated once, and exercises with checks.
+A rubric has runs (scenarios by name, by file, or inline), simulated once, and exercises with
+checks.
 
-Decision: checks reuse the scenario's expectations, key for key, so that a teacher can copy one that was tried
+Decision: checks reuse the scenario's expectations, so that a teacher can copy one that was tried
 with ``fcu run --scenario``.
 """
 
@@ -110,8 +109,8 @@ class CheckTable(Table):
     """One ``[[exercise.check]]``: expectations of one run, and their points.
 
     ``partial``: points for the share of met expectations. ``hint``: a text, or texts by finding.
-    ``hint_steps``: texts that `fcu check` adds one by one. ``enough``: a crash after this time does not
-    count. ``requires``: checks or exercises that must have passed. Default of ``expect``: the scenario's.
+    ``hint_steps``: `fcu check` adds them one by one. ``enough``: a later crash does not count.
+    Default of ``expect``: the scenario's.
     """
 
     MISPLACED: ClassVar[Mapping[str, str]] = {**_OF_A_RUN, **_OF_THE_TOP}
@@ -130,7 +129,9 @@ class CheckTable(Table):
     hint_steps: list[Hint] = Field(default_factory=list, max_length=10)
 
     def hint_for(self, finding: str, fault: str = "") -> str:
-        """Return the hint for a finding or its ``fault``. A hint that is one text is not used for prerequisites."""
+        """Return the hint for a finding or its ``fault``. A single text is not used for
+        prerequisites.
+        """
         if isinstance(self.hint, str):
             return "" if finding == PREREQUISITE else self.hint
         texts: dict[str, str] = dict(self.hint.items())
@@ -138,7 +139,7 @@ class CheckTable(Table):
 
 
 class ExerciseTable(Table):
-    """One ``[[exercise]]``; ``next``: instruction until it is done; ``run``: default of its checks."""
+    """One ``[[exercise]]``; ``next``: instruction until it is done; ``run``: its checks' default."""
 
     MISPLACED: ClassVar[Mapping[str, str]] = {**_OF_A_RUN, **_OF_THE_TOP, **_OF_A_CHECK}
 
@@ -150,7 +151,7 @@ class ExerciseTable(Table):
 
 
 class RubricLimits(Table):
-    """[limits]: limits on each run, in units that depend on the firmware only, never in wall time."""
+    """[limits]: limits on each run, never in wall time."""
 
     instructions: int = Field(10**11, ge=1)
     terminal_bytes: int = Field(1 << 20, ge=1, le=8 << 20)
@@ -201,7 +202,8 @@ def _refuse_twice(names: list[str], what: str) -> None:
 class Rubric:
     """A checked rubric, whose runs can be created.
 
-    ``digest`` covers all contents and scenario files, ``judging_digest`` only those that decide an outcome.
+    ``digest`` covers the whole file and its scenarios, ``judging_digest`` only the parts that
+    decide an outcome.
     """
 
     def __init__(self, contents: RubricFile, table: dict[str, Any], path: Path) -> None:
@@ -235,7 +237,7 @@ class Rubric:
         return round(sum(check.points for exercise in self.exercises for check in exercise.check), 4)
 
     def exercise(self, name: str) -> ExerciseTable:
-        """Return one exercise. Raises InputError naming the known ones."""
+        """Return an exercise. Raises InputError naming the known ones."""
         for one in self.exercises:
             if one.id == name:
                 return one
@@ -261,10 +263,9 @@ class Rubric:
         return isinstance(self._seed, int)
 
     def seed_for(self, student: str, firmware: bytes, salt: bytes) -> int:
-        """Return the seed of a submission's board and motions, or the rubric's own number.
+        """Return the seed of a submission's board and motions; ``salt``: the teacher's secret.
 
-        It depends on the bytes, so that a program cannot contain a recording of its run; ``salt``: the
-        teacher's secret.
+        It depends on the bytes, so that no program can contain its own recording.
         """
         if isinstance(self._seed, int):
             return self._seed
@@ -360,7 +361,7 @@ class Rubric:
         return changed
 
     def files(self) -> list[Path]:
-        """Return the needed files, relative to the rubric's folder. Raises RubricError for a file elsewhere."""
+        """Return the needed files, relative to the rubric's folder. Raises RubricError for others."""
         found: list[Path] = []
         for run, table in self._runs.items():
             named = table.get("scenario")
@@ -446,7 +447,7 @@ def rubric_names() -> list[str]:
 
 
 def is_shipped(name: str, digest: str) -> bool:
-    """Return whether this package contains the rubric."""
+    """Return whether this package has the rubric."""
     return name in rubric_names() and _shipped_digest(name) == digest
 
 
@@ -456,7 +457,7 @@ def _shipped_digest(name: str) -> str:
 
 
 def json_schema() -> dict[str, Any]:
-    """Return the file's JSON schema (draft 2020-12), for editors."""
+    """Return the JSON schema (draft 2020-12) for editors."""
     scenario = scenario_schema(FCU001V1)
     rubric = as_written(RubricFile.model_json_schema(by_alias=True), FCU001V1)
     keys = [key for key in scenario["properties"] if key not in _NOT_OF_A_RUN]

@@ -1,10 +1,9 @@
 """Submissions: find each student's program among folders, archives and files.
 
-A submission is **source** if there is one ``main.c`` or just one C file: this file, with the C files and
-headers beside it. Otherwise it is **firmware**, the one ELF, HEX or BIN file. All other files, and build
-folders, are ignored.
+A submission is **source** if there is one ``main.c`` or just one C file: this file, with the C
+files and headers beside it. Otherwise it is **firmware**, the one ELF, HEX or BIN file.
 
-Decision: source takes precedence over firmware, because a student's ELF file is as old as the last ``make``.
+Decision: source takes precedence over firmware, because an ELF file may be outdated.
 """
 
 from __future__ import annotations
@@ -43,7 +42,7 @@ _LARGEST_SOURCE = 4 << 20  # bytes of all C files
 
 
 class RejectedError(InputError):
-    """A submission that cannot be judged; the message tells the student why."""
+    """A submission that cannot be judged; the message is for the student."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +89,7 @@ class Submission:
 
     @property
     def board(self) -> str:
-        """Return the id that selects the board, one for a team."""
+        """Return the id that selects the board; a team has one."""
         return next((entry.team for entry in self.entries if entry.team), self.student.id)
 
     @property
@@ -101,7 +100,7 @@ class Submission:
 
     @property
     def counted(self) -> list[SubmittedEntry]:
-        """Return the judged entries: the last attempt."""
+        """Return the last attempt's entries, which are judged."""
         last = max((entry.attempt for entry in self.entries), default="")
         return [entry for entry in self.entries if entry.attempt == last and entry.is_there]
 
@@ -110,9 +109,9 @@ class Submission:
         return any(entry.late for entry in self.counted)
 
     def submitted(self) -> datetime | None:
-        """Return the local time of submission: the time of the platform, or else of the newest file.
+        """Return the local time of submission, by the platform or else the newest file.
 
-        None for Canvas, because its files have the time of the download.
+        None for Canvas, whose files have the time of the download.
         """
         times = []
         for entry in self.counted:
@@ -122,10 +121,10 @@ class Submission:
         return max(times, default=None)
 
     def content(self, scratch: Path, take: Take | None = None) -> SubmittedFirmware | SubmittedSource:
-        """Return the submitted program; archives are unpacked into ``scratch``, an empty folder.
+        """Return the submitted program; archives are unpacked into the empty folder ``scratch``.
 
-        ``take``: the type to use if a submission has both source and firmware; None: source. Raises
-        RejectedError if the submission is at fault, NotJudgedError if this machine is.
+        ``take``: type to use if there are both; default: source. Raises RejectedError if the
+        submission is at fault, NotJudgedError if this machine is.
         """
         if self.problem:
             raise RejectedError(self.problem, kind="problem")
@@ -154,7 +153,7 @@ def _newest(path: Path) -> datetime:
 
 
 class _Resolved(NamedTuple):
-    """``sure``: False if the student was found only by a name that students can choose."""
+    """``sure``: False if the student was found by a freely chosen name."""
 
     entry: SubmittedEntry
     student: Student
@@ -164,9 +163,10 @@ class _Resolved(NamedTuple):
 
 
 def find_submissions(where: Path, roster: Roster | None, scratch: Path) -> list[Submission]:
-    """Return all submissions in the order of the roster, then of names. Raises InputError if there are none.
+    """Return all submissions in the order of the roster, then of names. Raises InputError if there
+    are none.
 
-    An archive ``where`` is unpacked into ``scratch``.
+    An archive is unpacked into ``scratch``.
     """
     handed_in = platforms.entries(_class_folder(where, scratch))
     found: dict[str, Submission] = {}
@@ -220,7 +220,7 @@ def _class_folder(where: Path, scratch: Path) -> Path:
 
 
 def _resolved(entry: SubmittedEntry, roster: Roster | None) -> _Resolved:
-    """Find an entry's student by the teacher's table, the platform's ids, then names."""
+    """Find the student by the teacher's table, then ids, then names."""
     unknown = Student(platforms.stem(entry.path))
     if entry.problem and entry.is_there:  # ambiguous name
         return _Resolved(entry, unknown, None if roster is None else False, entry.problem)
@@ -294,7 +294,7 @@ def _content(path: Path, scratch: Path, take: Take | None) -> SubmittedFirmware 
 
 
 def _choose(folder: Path, scratch: Path | None, take: Take | None) -> SubmittedFirmware | SubmittedSource:
-    """Return the only program in a folder. ``scratch``: folder for unpacking; None: archives are not unpacked."""
+    """Return the only program in a folder; ``scratch``: folder for unpacking, or None."""
     files = list(_walk(folder))
     own = [path for path in files if not _MADE & set(path.relative_to(folder).parts[:-1])]
     if take != "firmware":
@@ -318,7 +318,7 @@ def _choose(folder: Path, scratch: Path | None, take: Take | None) -> SubmittedF
 
 
 def _walk(folder: Path) -> Iterator[Path]:
-    """Yield a bounded number of ordinary files, without following links."""
+    """Yield at most 5,000 ordinary files, not links."""
     count = 0
     for where, folders, files in os.walk(folder, onerror=_raise):
         here = Path(where)
@@ -336,12 +336,12 @@ def _walk(folder: Path) -> Iterator[Path]:
 
 
 def _raise(error: OSError) -> None:
-    """Make :func:`os.walk` fail for an unreadable folder."""
+    """Make :func:`os.walk` raise the error."""
     raise error
 
 
 def _source(main: Path) -> SubmittedSource:
-    """Return ``main`` with the files beside it, renamed if make cannot take its name."""
+    """Return ``main``, with a valid name, and the files beside it."""
     left = _LARGEST_SOURCE
     files = {}
     for path in sorted(main.parent.iterdir()):

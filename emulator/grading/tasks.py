@@ -28,8 +28,8 @@ _SHOWING = ("emulator/cli", "emulator/links", "emulator/testing", "emulator/grad
 class Task:
     """A program and the data for judging it.
 
-    ``rubric``: a name, or a path on the worker's machine. ``code``: :func:`code_digest` of the sender; a worker of
-    another version refuses the task.
+    ``rubric``: a name, or a path on the worker. ``code``: :func:`code_digest`, which must equal the
+    worker's.
     """
 
     firmware: bytes = field(repr=False)
@@ -79,7 +79,7 @@ def judge_task(task: Task) -> str:
 
 
 def use_temporary_folder(folder: str) -> None:
-    """Set this process' folder for temporary files; its parent removes it."""
+    """Set this process' folder for temporary files."""
     tempfile.tempdir = folder
 
 
@@ -106,6 +106,6 @@ def _rubric(name: str, digest: str) -> Rubric:
 
 
 def _file_name(name: str) -> str:
-    """Return a valid file name, similar to the submitted one."""
+    """Return a valid name similar to the submitted one."""
     plain = "".join(sign if sign.isalnum() or sign in "._-" else "_" for sign in name)[-60:].lstrip(".-")
     return plain or "firmware"

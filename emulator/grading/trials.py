@@ -1,10 +1,9 @@
 """Trial programs that do not solve a lab: a rubric gives away the points that they earn.
 
-They are the template and programs that print nothing or zeros. A check that a trial program passes must require another
-check.
+They are the template and programs that print nothing or zeros.
 
-Decision: the trial programs are generated for each rubric, because they print its lines. They are Python
-firmware, which needs no compiler.
+Decision: the trial programs are generated for each rubric, because they print its lines. They are
+Python firmware, which needs no compiler.
 """
 
 from __future__ import annotations
@@ -80,7 +79,7 @@ def trials(rubric: Rubric, template: str, seed: int = 0) -> Iterator[Trial]:
 
 
 def lines_of(rubric: Rubric) -> list[str]:
-    """Return the expected lines, each once, with zeros as numbers."""
+    """Return the expected lines once, with numbers 0."""
     found: dict[str, None] = {}
     for exercise in rubric.exercises:
         for check in exercise.check:

@@ -1,10 +1,9 @@
-"""Verdict on a program, check by check, with evidence for the reader. It can be written as JSON and read
-again.
+"""Verdict on a program, check by check, with evidence.
 
 The same firmware, rubric, seed and version give the same bytes everywhere.
 
-Decision: the outcome "unjudged" is separate, and its points are excluded from the sum, so that a program
-never gets a zero for a check that was not evaluated.
+Decision: the outcome "unjudged" is separate, and its points are excluded from the sum, so that no
+check gets a zero without evaluation.
 """
 
 from __future__ import annotations
@@ -66,7 +65,7 @@ def _without(names: Iterable[str]) -> str:
 
 
 class Series(ResultModel):
-    """A printed number (None: not a number) against the truth, at most :data:`MOST_PRINTS` entries."""
+    """A printed number (None: not a number) and the truth, at most :data:`MOST_PRINTS` times."""
 
     name: str
     unit: str
@@ -76,7 +75,7 @@ class Series(ResultModel):
 
 
 class Following(ResultModel):
-    """Periods in s of a condition, and of the LED or line that must follow it."""
+    """Periods, in s, of a condition and of its LED or line."""
 
     name: str
     condition: str
@@ -96,10 +95,10 @@ class DiagnosedCause(ResultModel):
 
 
 class RunEvidence(ResultModel):
-    """Evidence of one run of the board, which several exercises may use.
+    """Evidence of one run.
 
-    ``terminal``: begin and end of the output as Latin-1; the viewer must escape it. ``stopped``: reason for an early
-    end. ``replay``: the scenario with drawn numbers, as TOML, or "".
+    ``terminal``: begin and end of the output as Latin-1, not escaped. ``stopped``: reason for an
+    early end. ``replay``: the drawn scenario as TOML, or "".
     """
 
     run: str
@@ -164,11 +163,11 @@ class Verdict(ResultModel):
 
     @property
     def counts(self) -> bool:
-        """Whether all points could be judged, so that :attr:`points` is a grade."""
+        """Whether all points could be judged."""
         return not any(check.max_points for check in self.unjudged)
 
     def points_of(self, exercise: str) -> float | None:
-        """Return the points; None if not fully judged."""
+        """Return the points, or None if not fully judged."""
         checks = self.of(exercise)
         if not checks or any(check.outcome == "unjudged" and check.max_points for check in checks):
             return None
@@ -178,7 +177,7 @@ class Verdict(ResultModel):
         return tuple(check for check in self.checks if check.exercise == exercise)
 
     def is_done(self, exercise: str) -> bool:
-        """Return whether all checks that give points have passed."""
+        """Return whether all checks with points have passed."""
         counted = [check for check in self.of(exercise) if check.max_points > 0]
         return bool(counted) and all(check.outcome == "passed" for check in counted)
 
@@ -186,7 +185,7 @@ class Verdict(ResultModel):
         return tuple(one for one in self.evidence if exercise in one.exercises)
 
     def for_student(self, after_due_date: bool = False) -> Verdict:
-        """Return the visible checks, with the allowed detail; a partly hidden run shows no truth and no
+        """Return the visible checks, with the allowed detail; partly hidden runs lose truth and
         scenario.
         """
         shown = {"always", "after_due_date"} if after_due_date else {"always"}
@@ -208,12 +207,12 @@ class Verdict(ResultModel):
         return self.model_copy(update=changed)
 
     def without_seed(self) -> Verdict:
-        """Return the verdict without data that identifies the board, and so the student."""
+        """Return the verdict without data that identifies the board."""
         evidence = tuple(one.model_copy(update={"replay": ""}) for one in self.evidence)
         return self.model_copy(update={"seed": None, "evidence": evidence})
 
     def allowed(self) -> tuple[CheckResult, ...]:
-        """Return all checks, with the detail that a student may see."""
+        """Return all checks with the detail for students."""
         unnamed = {one.check for one in self.checks if one.visibility != "always" or one.detail == "none"}
         return tuple(_for_student(check, unnamed) for check in self.checks)
 
@@ -230,7 +229,7 @@ def _is_open(check: CheckResult, shown: set[str]) -> bool:
 
 
 def _for_student(check: CheckResult, unnamed: Collection[str] = ()) -> CheckResult:
-    """Return the part of a result that a student may see; ``unnamed``: checks that must not be named."""
+    """Return a result's visible part; ``unnamed``: checks not to be named."""
     if any(one in unnamed for one in check.requires_unmet):
         actual = _without(["a hidden check"])
         check = check.model_copy(update={"actual": actual, "requires_unmet": ()})
@@ -253,5 +252,5 @@ def _for_student(check: CheckResult, unnamed: Collection[str] = ()) -> CheckResu
 
 
 def _sum(points: Iterable[float]) -> float:
-    """Return the sum without the rounding errors of binary fractions such as 0.1."""
+    """Return the sum without binary rounding errors."""
     return round(sum(points), 4)

@@ -1,8 +1,8 @@
 """Workers that judge programs: local processes or a Dask cluster, behind one interface.
 
-Decision: each job has one process, which judges many programs, and one pipe. A submission that exhausts the
-memory ends only its process, and the task is tried once more. ``ProcessPoolExecutor`` was rejected: it breaks
-as a whole when one process dies. Processes are spawned, not forked, because the parent has threads.
+Decision: each job has one process and one pipe. A submission that exhausts the memory ends only its
+process, and the task is tried again. ``ProcessPoolExecutor`` was rejected: it breaks when one
+process dies. Processes are spawned, because the parent has threads.
 """
 
 from __future__ import annotations
@@ -34,8 +34,7 @@ class _Task:
 class LocalWorkers(Executor):
     """Executor with ``jobs`` processes on this machine.
 
-    ``initializer``: called in each process. ``longest_s``: maximum wall time of one task, in case of an
-    endless loop in fcu.
+    ``initializer``: called in each process. ``longest_s``: maximum wall time of one task.
     """
 
     def __init__(
@@ -159,7 +158,7 @@ class LocalWorkers(Executor):
 
 
 class _DiedError(Exception):
-    """The process ended before it answered; ``out_of_time``: at its processor limit."""
+    """The process died; ``out_of_time``: at its processor limit."""
 
     def __init__(self, cause: str) -> None:
         self.out_of_time = cause == "SIGXCPU"
@@ -238,7 +237,7 @@ def _cause(code: int | None) -> str:
 
 
 class DaskWorkers(Executor):
-    """Workers of the Dask cluster at ``address`` ("tcp://host:8786"). Raises InputError."""
+    """Workers of a Dask cluster at ``address`` ("tcp://host:8786"). Raises InputError."""
 
     def __init__(self, address: str, answer_s: float = 15.0) -> None:
         try:

@@ -9,8 +9,7 @@
     print("\\n".join(result.lines))
     assert result.passed
 
-A timeline entry calls the world's method of the same name. Names are loaded on first use, because schemas
-need pydantic.
+Names are loaded on first use, because schemas need pydantic.
 """
 
 from __future__ import annotations

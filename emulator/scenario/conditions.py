@@ -1,10 +1,6 @@
-"""Conditions on the truth: a quantity is beyond a threshold, or a LED is lit.
+"""Conditions on the truth or on a LED::
 
-::
-
-    when = { quantity = "roll", beyond = 45, margin = 1 }     # to either side
-    when = { quantity = "Altitude", above = 3, margin = 0.3 }
-    when = { led = "led1" }
+    when = { quantity = "roll", beyond = 45, margin = 1 }
 
 Within ``margin`` of the threshold the LED or line may be in either state.
 """
@@ -38,7 +34,7 @@ LedName = Annotated[str, AfterValidator(_known_led), Field(json_schema_extra={"e
 
 
 def led_states(run: RunView, led: str) -> Iterator[tuple[int, int, bool]]:
-    """Yield (from, until, lit) in order of time; the LED is dark at first."""
+    """Yield (from, until, lit) by time; the LED is dark at first."""
     pin = run.board.led(led.upper()).pin
     begin_ps, lit = 0, False
     for edge in run.board.trace.of(GpioEdge):
@@ -52,7 +48,7 @@ def led_states(run: RunView, led: str) -> Iterator[tuple[int, int, bool]]:
 
 
 class Stretch(NamedTuple):
-    """One period of a run with an unchanged condition; ``holds``: None within the margin."""
+    """A period with an unchanged condition; ``holds`` is None within the margin."""
 
     begin_ps: int
     end_ps: int
@@ -60,9 +56,7 @@ class Stretch(NamedTuple):
 
 
 class Followed(NamedTuple):
-    """Periods of a condition and of the LED or line that follows it, in ps. A line has only the time when its printing
-    began.
-    """
+    """Periods, in ps, of a condition and of its LED or line. A line's period has no length."""
 
     name: str
     condition: str
@@ -71,12 +65,12 @@ class Followed(NamedTuple):
 
 
 def unit_text(quantity: str) -> str:
-    """Return a quantity's unit to follow a number: " degrees", " hPa"."""
+    """Return a suffix such as " degrees" or " hPa"."""
     return " degrees" if quantity.lower() in ("pitch", "roll", "yaw") else f" {unit_of(quantity)}"
 
 
 class Condition(Table):
-    """A quantity is ``beyond`` a value (to either side), ``above`` or ``below`` it; or a LED is lit."""
+    """A quantity is ``beyond`` (on either side), ``above`` or ``below`` a value, or a LED is lit."""
 
     quantity: QuantityName | None = None
     beyond: float | None = Field(None, gt=0)
@@ -129,11 +123,11 @@ class Condition(Table):
             at_ps = end_ps
 
     def held(self, run: RunView) -> tuple[tuple[int, int], ...]:
-        """Return the periods, in ps, in which the condition holds."""
+        """Return the condition's periods, in ps."""
         return tuple((one.begin_ps, one.end_ps) for one in self.stretches(run) if one.holds)
 
     def value_text(self, run: RunView, at_ps: int) -> str:
-        """Describe the condition's value at a time: " with a true roll of 44.2 degrees"."""
+        """Describe the value: " with a true roll of 44.2 degrees"."""
         if self.led is not None:
             return ""
         name = self.quantity or ""

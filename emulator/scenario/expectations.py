@@ -1,6 +1,6 @@
 """Expectations about terminal output and printed numbers.
 
-A class holds the schema and the evaluation of one kind; its name is listed in ``schema.Kinds``.
+``schema.Kinds`` lists the class of each kind.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ from fcu_emulator.emulator.text import shown, visible
 
 @dataclass(frozen=True)
 class RunView:
-    """The part of a run until ``end_ps``, for the evaluation of expectations."""
+    """The part of a run until ``end_ps``."""
 
     board: BoardView
     lines: list[PrintedLine]
@@ -78,7 +78,9 @@ class RunView:
 
 
 class Expectation(Expected):
-    """One ``[[expect]]`` table. ``ON_TERMINAL``: whether it reads terminal output, which ends with a crash."""
+    """One ``[[expect]]`` table. ``ON_TERMINAL``: whether it reads terminal output, which ends with
+    a crash.
+    """
 
     ON_TERMINAL: ClassVar[bool] = False
 
@@ -86,7 +88,7 @@ class Expectation(Expected):
     def evaluate(self, run: RunView) -> ExpectationResult: ...
 
     def result(self, run: RunView) -> ExpectationResult:
-        """Evaluate the expectation. A search that takes too long gives "stopped"."""
+        """Evaluate the expectation; a search that takes too long gives "stopped"."""
         try:
             return self.evaluate(run)
         except TimeoutError:
@@ -105,7 +107,7 @@ class Windowed(Window, Expectation):
     def nearly_printed(
         self, wanted: str, lines: Sequence[str], patience: TimeBudget
     ) -> ExpectationResult | None:
-        """Return a failure that shows the difference to the most similar line, or None."""
+        """Return a failure that shows the most similar line, or None."""
         near = None
         if not patience.exhausted:
             with patience.limited():
@@ -120,7 +122,7 @@ class Windowed(Window, Expectation):
 
 
 class ExpectLine(Windowed):
-    """A line with exactly this text appears; with ``count``, exactly that many times."""
+    """A line has exactly this text; with ``count``, exactly that many lines."""
 
     kind: Literal["line"]
     text: str = Field(max_length=255)  # size of PRINTF's buffer
@@ -157,7 +159,7 @@ class _Matching(Windowed):
 
 
 class ExpectRegex(_Matching):
-    """A line contains the pattern; with ``count``, exactly that many lines contain it."""
+    """A line contains the pattern; with ``count``, exactly that many lines."""
 
     kind: Literal["regex"]
     count: int | None = Field(None, ge=1)
@@ -193,7 +195,7 @@ class ExpectNever(_Matching):
 
 
 class ExpectText(Expectation):
-    """The whole output equals a file, byte by byte; the path is relative to the scenario's folder."""
+    """The whole output equals a file in the scenario's folder."""
 
     ON_TERMINAL = True
 
@@ -252,7 +254,7 @@ FieldName = Annotated[str, AfterValidator(_known_field), Field(json_schema_extra
 
 
 class _Number(Windowed):
-    """A number of the slides by ``name``, or of a lab by ``format`` or ``pattern``.
+    """A number of the slides by ``name``, else by ``format`` or ``pattern``.
 
     ``number``: index in the format, from 1.
     """
@@ -309,11 +311,11 @@ class _Number(Windowed):
 
 
 class ExpectField(_Number):
-    """Each print of a number in the window is near ``value``, or near the truth.
+    """Each print of a number is near ``value``, or near the truth.
 
-    Near the truth means: within ``tolerance`` of a true value in the time ``settle`` before printing began.
-    The measurement is a little older than its print (LPS22HB: 40 ms). ``truth`` names a quantity, or is true
-    for the quantity with the number's name. The printed number is ``scale`` times the quantity.
+    A print's error is the smallest one in the time ``settle`` before printing began. ``truth``
+    names a quantity, or is true for the quantity with the number's name. The printed number is
+    ``scale`` times the quantity.
     """
 
     kind: Literal["field"]
@@ -337,7 +339,7 @@ class ExpectField(_Number):
 
     @property
     def quantity(self) -> str:
-        """Return the name of the true quantity; "" if the number is compared with a value."""
+        """Return the true quantity's name, or "" for a given ``value``."""
         return (self.name or "") if self.truth is True else self.truth or ""
 
     def describe(self) -> str:
@@ -354,7 +356,7 @@ class ExpectField(_Number):
         return f"the true {self.quantity}{scaled}" + (f" ({recent})" if recent else "")
 
     def evaluate(self, run: RunView) -> ExpectationResult:
-        """Fail as "missing" if the number is not printed. Also fail if a line has another format."""
+        """Fail if the number is not printed, or a line has another format."""
         line_format = self.number_format(run.patience)
         lines = [line for line in self.lines_in_window(run) if line_format.is_begun_by(line.text)]
         if not lines:
@@ -436,7 +438,7 @@ class ExpectPrinted(_Number):
 
 
 class ExpectWithin(_Number):
-    """Each print of a number is from ``min`` to ``max``; two prints differ by ``min_difference`` or more."""
+    """Each print is from ``min`` to ``max``; two prints differ by at least ``min_difference``."""
 
     RENAMED: ClassVar[Mapping[str, str]] = {"least": "min", "most": "max", "apart": "min_difference"}
 

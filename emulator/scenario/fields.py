@@ -1,10 +1,10 @@
 """Field types of scenario tables: strict types, quantities with units, files, patterns.
 
-A scenario may be untrusted, and its errors show parts of files. So file names are relative, without ``..`` or
-a link out of its folder. Reading the largest recording takes 180 MB and ten seconds.
+A scenario may be untrusted, and its errors quote files. Therefore file names are relative, without
+``..`` or a link out of the folder. The largest recording takes 180 MB and ten seconds.
 
-A compiled pattern has each element as often as the element must match, with about 500 bytes each (``regex`` 2026).
-Therefore an upper bound of the elements is computed first. A scenario's limit costs 50 MB and 0.1 s.
+A compiled pattern takes 500 bytes for each repetition of an element (``regex`` 2026). A scenario's
+limit costs 50 MB and 0.1 s.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ from fcu_emulator.emulator.world.limits import Range
 
 
 class Table(BaseModel):
-    """Base class of all tables: no conversion of strings, no NaN, infinity or unknown keys."""
+    """Base class of tables without conversion of strings, NaN, infinity or unknown keys."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
@@ -67,7 +67,7 @@ class Table(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _refuse_unknown_keys(cls, data: Any) -> Any:
-        """Refuse unknown keys with a list of the known ones; replace renamed keys."""
+        """Replace renamed keys, and refuse unknown ones."""
         if not isinstance(data, dict):
             return data
         if data.keys() & cls.RENAMED.keys():
@@ -89,7 +89,7 @@ LED_NAMES, PART_NAMES = ["a LED of the board"], ["a part of the board"]
 
 
 def board_of(info: ValidationInfo) -> BoardDescription:
-    """Return the board for which a scenario file is checked."""
+    """Return the board for which a scenario is checked."""
     board: BoardDescription = (info.context or {}).get("board", FCU001V1)
     return board
 
@@ -98,7 +98,7 @@ def board_of(info: ValidationInfo) -> BoardDescription:
 
 
 def within(allowed: Range) -> FieldInfo:
-    """Return the world's own range, so that file and world accept the same values."""
+    """Return the world's own range."""
     info: FieldInfo = Field(ge=allowed.low, le=allowed.high)
     return info
 
@@ -139,7 +139,7 @@ Length = Annotated[
 
 
 class Window(Table):
-    """A part of a run; without ``to`` it ends with the run."""
+    """A part of a run, by default until its end."""
 
     from_: Duration = Field(0, alias="from")
     to: Duration | None = None
@@ -187,18 +187,18 @@ def _hertz_of(text: str) -> int | None:
 
 
 def format_frequency(hertz: int) -> str:
-    """Return a frequency with its unit, as a file has it."""
+    """Return a frequency in a file's notation."""
     unit = next(one for one in ("MHz", "kHz", "Hz") if hertz % _HZ_PER_UNIT[one] == 0)
     return f"{hertz // _HZ_PER_UNIT[unit]}{unit}"
 
 
 def parse_bus_speed(value: Any) -> int:
-    """Return a bus speed, 10 kHz to 1 MHz, in Hz. Raises ValueError."""
+    """Return a bus speed in Hz, 10 kHz to 1 MHz. Raises ValueError."""
     return parse_frequency(value, "10kHz", "1MHz", "400kHz")
 
 
 def parse_crystal(value: Any) -> int:
-    """Return the frequency of a crystal, 4 to 26 MHz (STM32F401xB/C datasheet), in Hz. Raises ValueError."""
+    """Return a crystal's frequency in Hz, 4 to 26 MHz (STM32F401xB/C datasheet). Raises ValueError."""
     return parse_frequency(value, "4MHz", "26MHz", "16MHz")
 
 
@@ -208,7 +208,7 @@ CrystalFrequency = Annotated[int, PlainValidator(parse_crystal), _IN_HERTZ, _jso
 
 
 def _parse_address(value: object, info: ValidationInfo) -> int:
-    """Return the address of a sensor's name or 7-bit address. Raises ValueError."""
+    """Return a 7-bit address, also for a name. Raises ValueError."""
     known = board_of(info).addresses
     if isinstance(value, str) and value in known:
         return known[value]
@@ -235,7 +235,7 @@ _MAX_TOTAL_ELEMENTS = 100_000  # of a scenario's patterns
 
 
 class Resources:
-    """Files next to a scenario, and limits on their use. All methods raise ValueError with the reason."""
+    """Files next to a scenario, with limits. All methods raise ValueError."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -253,7 +253,7 @@ class Resources:
         return self._texts[path]
 
     def recording(self, name: str) -> Recording:
-        """Return a CSV recording, the same object for each use."""
+        """Return a CSV recording, which is loaded once."""
         path = self._inside(name)
         if path not in self._recordings:
             self._count(path, name)
@@ -302,13 +302,13 @@ class Resources:
 
 
 def resources_of(info: ValidationInfo) -> Resources:
-    """Return the resources of the scenario being read, or of the working directory."""
+    """Return the scenario's resources; default: the working directory's."""
     resources = (info.context or {}).get("resources")
     return resources if isinstance(resources, Resources) else Resources(Path())
 
 
 def read_bounded(path: Path, name: str, what: str) -> bytes:
-    """Return a small regular file. Raises ValueError with the reason."""
+    """Return a regular file of at most 1 MiB. Raises ValueError."""
     try:
         if path.exists() and not path.is_file():  # to open a pipe or a terminal would block
             raise ValueError(f"{name} must be a regular file: {what}")
@@ -329,7 +329,7 @@ Content = TypeVar("Content")
 
 @dataclass(frozen=True, eq=False)
 class Named(Generic[Content]):
-    """Contents of a file, and its name in the scenario."""
+    """A file's contents, and its name in the scenario."""
 
     path: str
     content: Content
@@ -378,7 +378,7 @@ def _elements(pattern: str) -> int:
 
 
 class TimeBudget:
-    """Remaining wall time for searches, because an untrusted pattern may never end."""
+    """Remaining wall time for searches with untrusted patterns."""
 
     def __init__(self, clock_s: Callable[[], float] = time.monotonic) -> None:
         self._clock_s = clock_s
@@ -390,7 +390,7 @@ class TimeBudget:
 
     @contextmanager
     def limited(self) -> Iterator[float]:
-        """Return the enclosed search's time limit. Raises TimeoutError if none is left."""
+        """Yield the search's time limit in seconds. Raises TimeoutError if no time is left."""
         if self.exhausted:
             raise TimeoutError
         began_s = self._clock_s()

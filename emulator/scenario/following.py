@@ -24,9 +24,8 @@ _DIFF_LINES = 3  # in a finding
 class ExpectLineFollows(Windowed):
     """A line is printed at least every ``max_gap`` while a condition holds, and never otherwise.
 
-    The line has exactly the ``text``, or matches the ``pattern``. For ``settle`` after the condition has
-    changed, and within its margin, the line is optional. If the board rests on both sides of the threshold,
-    the finding names the kind of mistake, as for a LED.
+    The line equals ``text`` or matches ``pattern``. It is optional within the margin, and for
+    ``settle`` after a change.
     """
 
     RENAMED: ClassVar[Mapping[str, str]] = {"longest_gap": "max_gap"}
@@ -45,12 +44,12 @@ class ExpectLineFollows(Windowed):
         return self
 
     def describe(self) -> str:
-        """Describe the line, its interval and the condition."""
+        """Describe line, interval and condition."""
         every = f"at least every {seconds(self.max_gap)} while {self.when.text()}, otherwise never"
         return f"{self._line()} {every}{self.window_text()}"
 
     def evaluate(self, run: RunView) -> ExpectationResult:
-        """Return the first missing line as a failure, else the first wrong one."""
+        """Fail with the first missing line, else the first wrong one."""
         lines = [line for line in self.lines_in_window(run) if self._is_it(line, run)]
         stretches = list(self._settled(run))
         wrong = [
@@ -76,13 +75,13 @@ class ExpectLineFollows(Windowed):
         return self.failed("wrong value", text, diff, final=True, mistake=mistake)
 
     def followed(self, run: RunView) -> Followed:
-        """Return the times of the lines, and the periods in which the condition holds beyond its margin."""
+        """Return the lines' times, and the condition's periods beyond its margin."""
         at_ps = (line.at_ps for line in run.lines if self._is_it(line, run))
         shown = tuple((one, one) for one in at_ps)
         return Followed(self._line(), self.when.text(), self.when.held(run), shown)
 
     def _settled(self, run: RunView) -> list[Stretch]:
-        """Return the parts of the run in which the line is mandatory or forbidden."""
+        """Return periods in which the line is mandatory or forbidden."""
         last_ps = run.end_ps if self.to is None else min(self.to, run.end_ps)
         cut = (
             Stretch(max(one.begin_ps + self.settle, self.from_), min(one.end_ps, last_ps), one.holds)
@@ -92,7 +91,7 @@ class ExpectLineFollows(Windowed):
         return [one for one in cut if one.begin_ps < one.end_ps]
 
     def _longest_silence(self, stretches: list[Stretch], lines: list[PrintedLine]) -> tuple[int, int] | None:
-        """Return (length, begin) of the longest silence while the condition holds; None if short enough."""
+        """Return (length, begin) of the longest silence, or None if short enough."""
         silences = [
             (after - before, before)
             for begin_ps, end_ps, holds in stretches
@@ -119,7 +118,7 @@ class ExpectLineFollows(Windowed):
         return None if nearly is None else replace(nearly, is_final=True)
 
     def _mistake(self, run: RunView, stretches: list[Stretch], lines: list[PrintedLine]) -> tuple[str, str]:
-        """Return kind and text of the mistake that the rests of the board show; both "" if unknown."""
+        """Return the mistake's kind and text; both "" if unknown."""
         if self.when.quantity is None:
             return "", ""
         at_ps = [line.at_ps for line in lines]

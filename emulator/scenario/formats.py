@@ -1,8 +1,8 @@
-"""Formats that find a number in a line of terminal output: a name of the slides, a ``printf`` format string,
-or a regular expression with a group ``number``.
+"""Formats that find a number in a line: a name of the slides, a ``printf`` format string, or a
+regular expression with a group ``number``.
 
-Decision: a format string is exact from the beginning of a line to its end: "%.2f" means two decimals. For
-lines that may vary, a rubric gives a pattern.
+Decision: a format string is exact for a whole line: "%.2f" means two decimals. Lines that may vary
+need a pattern.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class NumberFormat(Protocol):
         ...
 
     def number(self, line: str) -> float | None:
-        """Return the number; None without the format. Raises TimeoutError."""
+        """Return the number, None in another format. Raises TimeoutError."""
         ...
 
 
@@ -69,10 +69,7 @@ _MOST_DIGITS = 2  # of a width
 
 
 class PrintfFormat:
-    """A ``printf`` format string and the number's index, from 1. Raises ValueError.
-
-    Searches have a time limit, because conversions such as "%s%s" are ambiguous.
-    """
+    """A ``printf`` format string and the number's index, from 1. Raises ValueError."""
 
     def __init__(self, text: str, number: int = 1, patience: TimeBudget | None = None) -> None:
         bare = text.strip(_BLANKS)
@@ -98,7 +95,7 @@ class PrintfFormat:
         self._meant = re.compile(meant, re.IGNORECASE) if meant else None
 
     def _conversion(self, match: re.Match[str]) -> str:
-        """Return a pattern for one conversion; the wanted number is a group."""
+        """Return a pattern for one conversion, with a group if wanted."""
         kind = match["kind"]
         if kind not in _KINDS:
             raise ValueError(
@@ -133,7 +130,7 @@ class PrintfFormat:
         return rf"(?:[0-9]+{decimals}{exponent}|inf|nan|INF|NAN)"
 
     def is_begun_by(self, line: str) -> bool:
-        """Compare the text before the first conversion; without conversion, the whole format."""
+        """Compare the text before the first conversion."""
         return line.startswith(self._label) if self._label else self.number(line) is not None
 
     def is_meant_by(self, line: str) -> bool:
@@ -149,7 +146,7 @@ class PrintfFormat:
 
 
 def printed_with_zeros(text: str) -> str:
-    """Return the format's output with 0 for numbers and "x" for texts."""
+    """Return the output with numbers 0 and texts "x"."""
 
     def printed(match: re.Match[str]) -> str:
         kind = match["kind"]
@@ -176,7 +173,7 @@ class PatternFormat:
         return self.number(line) is not None
 
     def is_meant_by(self, line: str) -> bool:
-        """Return False: a pattern does not define similar lines."""
+        """Return False: a pattern defines no similar lines."""
         del line
         return False
 

@@ -48,10 +48,7 @@ class ExpectLed(Windowed):
 
 
 class _LedSample(NamedTuple):
-    """A moment when the LED must have a definite state: lit if ``steep``.
-
-    ``angle``: the quantity that the LED follows.
-    """
+    """A moment when the LED must be lit if ``steep``, else dark."""
 
     at_ps: int
     angle: float
@@ -69,11 +66,12 @@ class _LedSample(NamedTuple):
 
 
 class ExpectLedFollows(Windowed):
-    """A LED is lit if and only if the board is inclined by more than ``beyond_deg``, to either side.
+    """A LED is lit if and only if the board is inclined by more than ``beyond_deg``, to either
+    side.
 
-    ``angle``: pitch is the X axis' inclination, roll the Y axis' (the slides' formulas of the true force).
-    Within ``margin_deg`` of the threshold, and for ``settle`` after the board has crossed it, the LED may be
-    in either state. Instead of an angle, ``when`` gives any condition on a quantity.
+    ``angle``: pitch is the X axis' inclination, roll the Y axis' (the slides' formulas). The LED
+    may be in either state within ``margin_deg`` of the threshold, and for ``settle`` after crossing
+    it. ``when``: a condition instead of an angle.
     """
 
     ON_TERMINAL = False
@@ -114,7 +112,7 @@ class ExpectLedFollows(Windowed):
         )
 
     def followed(self, run: RunView) -> Followed:
-        """Return the periods of the lit LED (at least 1 ms), and those of the condition without its margin."""
+        """Return lit periods of at least 1 ms, and the condition's periods."""
         states = ((begin, min(until, run.end_ps)) for begin, until, lit in led_states(run, self.led) if lit)
         lit = tuple((begin, until) for begin, until in states if until - begin >= PS_PER_MS)
         return Followed(self.led.upper(), self.condition.text(), self.condition.held(run), lit)
@@ -133,7 +131,7 @@ class ExpectLedFollows(Windowed):
         return self.failed("wrong value", text, final=True, mistake=finding)
 
     def _samples(self, run: RunView) -> Iterator[_LedSample]:
-        """Yield the window's samples away from the threshold."""
+        """Yield the window's samples outside the margin."""
         condition = self.condition
         changes = list(led_states(run, self.led))
         begins = [begin for begin, _, _ in changes]
@@ -155,13 +153,13 @@ class ExpectLedFollows(Windowed):
             before_ps, before = at_ps, value
 
     def _growing(self, samples: Sequence[_LedSample]) -> Sequence[_LedSample]:
-        """Return the samples; for a condition ``below``, inverted as if the LED was lit above the threshold."""
+        """Return the samples; ``lit`` and ``steep`` are inverted for ``below``."""
         if self.condition.below is None:
             return samples
         return [one._replace(lit=not one.lit, steep=not one.steep) for one in samples]
 
     def _values(self, run: RunView) -> Iterator[tuple[int, float, float]]:
-        """Yield (time, value, the other inclination or 0) every 10 ms."""
+        """Yield (time in ps, value, other inclination or 0) every 10 ms."""
         name = self.condition.quantity or ""
         if name in ("pitch", "roll"):
             for tilt in run.tilts:
@@ -204,7 +202,7 @@ _FEWEST_CHANGES = 3
 
 
 class _OneSided(NamedTuple):
-    """A LED that follows the condition on one side (positive or negative) and stays dark on the other side."""
+    """A LED that follows the condition on one side only."""
 
     first: _LedSample
     """The first wrong sample on the other side."""
@@ -218,7 +216,7 @@ def _finding(
     one_sided: _OneSided | None,
     growing: Sequence[_LedSample],
 ) -> str:
-    """Return the kind of mistake, or ""; ``growing``: result of ``_growing``, for the threshold."""
+    """Return the kind of mistake, or ""."""
     settled = _settled(samples)
     inverted = sum(one.lit is not one.steep for one in settled)
     kinds = (
@@ -248,19 +246,19 @@ def _latest_ps(wrong: Sequence[_LedSample]) -> int:
 
 
 def _is_late(samples: Sequence[_LedSample], wrong: Sequence[_LedSample]) -> bool:
-    """Return whether the LED lags like a LED that main's loop updates."""
+    """Return whether the LED lags as if main's loop updates it."""
     catches_up = all(one.lit is one.steep for one in _settled(samples)) and _catches_up(samples, wrong)
     return catches_up or _shows_the_past(samples)
 
 
 def _catches_up(samples: Sequence[_LedSample], wrong: Sequence[_LedSample]) -> bool:
-    """Return whether the LED had the correct state before the board left that side."""
+    """Return whether the LED was right before the board left each side."""
     last = {one.since_ps: one for one in samples}
     return all(last[one.since_ps].lit is one.steep for one in wrong)
 
 
 def _shows_the_past(samples: Sequence[_LedSample]) -> bool:
-    """Return whether the LED always shows a side on which the board recently was."""
+    """Return whether the LED always shows a side of the last 2.4 s."""
     last_ps: dict[bool, int] = {}
     for one in samples:
         last_ps[one.steep] = one.at_ps
@@ -270,10 +268,7 @@ def _shows_the_past(samples: Sequence[_LedSample]) -> bool:
 
 
 def _threshold(samples: Sequence[_LedSample]) -> tuple[float, float] | None:
-    """Return the angles between which the LED changes, on both sides; None if they may include the correct threshold.
-
-    If the LED changes while the board moves, the angle at that time may already be past the threshold.
-    """
+    """Return the absolute angles between which the LED changes, or None if they may be right."""
     sure = [one for before, one in pairwise(samples) if _is_sure(before, one)]
     lit = min((one for one in sure if one.lit), key=lambda one: abs(one.angle), default=None)
     dark = max((one for one in sure if not one.lit), key=lambda one: abs(one.angle), default=None)
@@ -283,7 +278,7 @@ def _threshold(samples: Sequence[_LedSample]) -> tuple[float, float] | None:
 
 
 def _is_sure(before: _LedSample, sample: _LedSample) -> bool:
-    """Return whether a sample gives a limit of the threshold: the board rests, or the LED has just changed."""
+    """Return whether the board rests, or the LED has just changed."""
     grows = abs(sample.angle) - abs(before.angle)
     if abs(grows) < _RESTING_DEG:
         return sample.at_ps - sample.since_ps >= _PROMPT_PS
@@ -343,7 +338,7 @@ def _with_one_side(samples: Sequence[_LedSample], positive: bool) -> list[_LedSa
 
 
 class ExpectTicks(Expectation):
-    """The timer's interrupt: late ticks, lost ticks, and the configured rate."""
+    """Late ticks, lost ticks and rate of the timer's interrupt."""
 
     kind: Literal["ticks"]
     late_min: int | None = Field(None, ge=0)
@@ -364,7 +359,7 @@ class ExpectTicks(Expectation):
         return self
 
     def describe(self) -> str:
-        """Describe rate and limits. A failure names only the part that is not met."""
+        """Describe rate and limits; failures name only the unmet part."""
         rate = [] if self.rate_hz is None else [f"ticks at {self.rate_hz:g} Hz"]
         bounds = (
             ("at least", self.late_min, "late"),
@@ -404,7 +399,7 @@ class ExpectTicks(Expectation):
 
 
 class ExpectHardIron(Expectation):
-    """At the end, the centre of MagCalibration equals the board's hard iron on each axis."""
+    """The final centre of MagCalibration equals the board's hard iron on each axis."""
 
     kind: Literal["hard_iron"]
     within_mgauss: float = Field(ge=0)
@@ -437,7 +432,7 @@ def _vector(values: np.ndarray[Any, np.dtype[np.float64]]) -> str:
 
 @cache
 def _outputs() -> dict[str, tuple[str, int, str]]:
-    """Return sensor, first byte's address and datasheet name by name in files."""
+    """Return (sensor, first byte's address, datasheet name) by output."""
     found = {}
     for name, part, first in (
         ("accelerometer", "LSM6DSL", "OUTX_L_XL"),
@@ -452,10 +447,7 @@ def _outputs() -> dict[str, tuple[str, int, str]]:
 
 
 class ExpectReads(Expectation):
-    """The outputs of a sensor are read at a given rate, counted on the bus in a part of the run.
-
-    A transfer counts if it contains the output's first byte, alone or in a burst.
-    """
+    """A sensor's outputs are read at a given rate. A transfer counts if it contains the first byte."""
 
     RENAMED: ClassVar[Mapping[str, str]] = {"least_hz": "min_hz", "most_hz": "max_hz"}
 
@@ -472,7 +464,7 @@ class ExpectReads(Expectation):
         return f"{part} {register} (0x{address:02X}) read {bounds} times a second"
 
     def watch(self, board: BoardView) -> list[int]:
-        """Count reads from the time ``from`` on, not earlier, because counting slows the run down."""
+        """Count reads only in the window, because counting slows the run down."""
         part, address, _ = _outputs()[self.sensor]
         counted = [0]
 

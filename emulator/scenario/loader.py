@@ -1,16 +1,15 @@
 """Loading of scenarios: read the file, draw its numbers, report errors.
 
-A file may be untrusted: reading is bounded in bytes and time. Every number and duration in ``[world]``,
-``[[timeline]]`` and ``[[threshold]]`` can be a draw::
+Reading is bounded in bytes and time. Every number and duration in ``[world]``, ``[[timeline]]`` and
+``[[threshold]]`` can be a draw::
 
     pitch_deg = { uniform = [20, 70], random_sign = true }   # 20 to 70, or -70 to -20
-    for = { uniform = ["1s", "3s"] }
     metres = { one_of = [3, 4.5] }
 
-A scenario with draws is also tried with the lowest and highest values when it is read.
+Reading a scenario also tries the lowest and highest draws.
 
-Decision: each drawn number is computed from the seed, the scenario's name and the number's key path, by
-SHA-512, so that later entries do not change it.
+Decision: each drawn number is computed by SHA-512 from the seed, the scenario's name and the key
+path, so that later entries do not change it.
 """
 
 from __future__ import annotations
@@ -49,10 +48,11 @@ from fcu_emulator.emulator.text import shown
 def load_scenario(
     name: str | os.PathLike[str], board: BoardDescription = FCU001V1, seed: int | None = None
 ) -> Scenario:
-    """Load a shipped scenario by name, or a file by path, which ends in ``.toml`` or has a separator.
+    """Load a shipped scenario by name, or a file by path, which ends in ``.toml`` or has a
+    separator.
 
-    ``board``: defines the names of sensors, LEDs and firmware. ``seed``: replaces the scenario's own for
-    draws. Raises ScenarioError with file and key path.
+    ``board``: defines valid names. ``seed``: replaces the file's. Raises ScenarioError with file
+    and key path.
     """
     path = Path(name) if is_path(name) else _shipped(str(name))
     return scenario_of(read_toml(path, "a scenario file"), path, board, seed=seed)
@@ -65,7 +65,10 @@ def scenario_of(
     name: str | None = None,
     seed: int | None = None,
 ) -> Scenario:
-    """Create a scenario from a file's contents, as :func:`load_scenario`; ``name`` replaces the file's name."""
+    """Create a scenario from a file's contents, as :func:`load_scenario`.
+
+    ``name``: replaces the file's name.
+    """
     if "expect" in table:
         table = {**table, "expect": with_rules(table["expect"], str(path), "expect")}
     if not _has_draws(table):
@@ -100,7 +103,7 @@ def _drawn_scenario(
 
 
 def thresholds_at_ends(table: Mapping[str, Any], file: str) -> list[tuple[ThresholdTable, ThresholdTable]]:
-    """Return each threshold with both ends of its draws. Raises ScenarioError."""
+    """Return each threshold at both ends of its draws. Raises ScenarioError."""
     low, high = (_thresholds(drawn(table, pick, file), file) for pick in (_lowest, _highest))
     return list(zip(low, high, strict=True))
 
@@ -116,7 +119,7 @@ def _thresholds(table: Mapping[str, Any], file: str) -> list[ThresholdTable]:
 
 
 def _refuse_disturbed(part: ThresholdSection, scenario: Scenario) -> None:
-    """Refuse other motions while the board rests at a threshold. Raises ScenarioError."""
+    """Refuse other motions during rests at a threshold. Raises ScenarioError."""
     for step in scenario.steps:
         if step.number in part.entries or not step.entry.moves & {"attitude", "altitude"}:
             continue
@@ -142,7 +145,7 @@ _SHOWN = 80  # characters of an unknown name
 
 
 def scenario_names() -> dict[str, str]:
-    """Return shipped scenarios with their questions, sorted by name."""
+    """Return shipped scenarios' questions by name, sorted."""
     names = {}
     for path in sorted(_folder().glob("*.toml")):
         names[path.stem] = str(_parse(path.read_bytes(), str(path))["question"])
@@ -154,7 +157,7 @@ def _folder() -> Path:
 
 
 def is_path(name: str | os.PathLike[str]) -> bool:
-    """Return whether the text is a path, not a name."""
+    """Return whether this is a path, not a name."""
     text = os.fspath(name)
     return not isinstance(name, str) or text.endswith(".toml") or "/" in text or os.sep in text
 
@@ -243,7 +246,7 @@ def _has_draws(table: Mapping[str, Any]) -> bool:
 
 
 def drawn(table: Mapping[str, Any], pick: Pick, file: str) -> dict[str, Any]:
-    """Replace draws by numbers. Raises ScenarioError for an invalid draw."""
+    """Replace draws by numbers. Raises ScenarioError."""
     changed = dict(table)
     for place in _DRAWN_IN:
         if place in table:

@@ -1,9 +1,7 @@
-"""Find the mistake in printed lines that must follow a condition, from what they show while the board rests.
+"""Find the mistake in lines that must follow a condition, from the lines printed at rest.
 
-The kinds of mistakes are those of LEDs.
-
-Decision: lines are evaluated at rests longer than their longest gap, LEDs at all moments, because a missing
-line shows only when it is due.
+Decision: lines are evaluated at rests longer than their longest gap, LEDs at all moments, because a
+missing line shows only when it is due.
 """
 
 from __future__ import annotations
@@ -50,7 +48,7 @@ def is_printed(lines_ps: Sequence[int], begin_ps: int, end_ps: int, max_gap_ps: 
 
 
 def mistake(rests: Sequence[Rest], condition: Condition) -> tuple[str, str]:
-    """Return the kind of the mistake and the end of its message; both "" if unknown."""
+    """Return the mistake's kind and message end; both "" if unknown."""
     wrong = [rest for rest in rests if rest.printed is not rest.holds]
     shown = [rest for rest in rests if rest.printed]
     silent = [rest for rest in rests if rest.printed is False]
@@ -76,7 +74,7 @@ def _follows_other(rests: Sequence[Rest], beyond: float) -> bool:
 
 
 def _is_one_sided(wrong: Sequence[Rest], shown: Sequence[Rest]) -> bool:
-    """Return whether the line is right beyond one end and missing beyond the other."""
+    """Return whether the line is right at one end only."""
     silent_sides = {rest.value > 0 for rest in wrong}
     shown_sides = {rest.value > 0 for rest in shown}
     return all(rest.holds for rest in wrong) and len(silent_sides) == 1 and not silent_sides & shown_sides

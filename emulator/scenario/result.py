@@ -1,8 +1,8 @@
 """Results of expectations and of runs.
 
-Decision: the result of an expectation and that of a rubric's check
-(:class:`fcu_emulator.emulator.grading.verdict.CheckResult`) are two types, because a check sums up several
-expectations and adds points and a hint.
+Decision: an expectation and a rubric's check
+(:class:`fcu_emulator.emulator.grading.verdict.CheckResult`) have different types of result, because
+a check sums up expectations and adds points and a hint.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Fault: TypeAlias = Literal["missing", "wrong value", "wrong format", "stopped"]
 
 @dataclass(frozen=True)
 class ExpectationResult:
-    """Result of one expectation at a moment; ``key`` is its place in the file, such as ``expect[2]``."""
+    """Result of one expectation at a moment; ``key``: its place in the file (``expect[2]``)."""
 
     expected: str
     """The expectation, or the part of it that is not met."""
@@ -47,7 +47,7 @@ class ExpectationResult:
 
     @property
     def reason(self) -> str:
-        """Return the mistake, or else the fault. A rubric's hint is selected by it."""
+        """Return the mistake, else the fault; it selects the hint."""
         return self.mistake or self.fault or ""
 
     @property
@@ -57,7 +57,7 @@ class ExpectationResult:
 
     @property
     def lines(self) -> list[str]:
-        """Return the failure for people, or none."""
+        """Return the failure for people, if any."""
         head = [f"{self.fault}: {self.summary}"] if self.fault else []
         source = [f"    line: {self.source}"] if self.source else []
         return [*head, *(f"    {line}" for line in self.diff), *source]
@@ -68,7 +68,7 @@ class ExpectationResult:
 
     @property
     def miss(self) -> ExpectationResult:
-        """Return the finding itself, for users of the previous release."""
+        """Return the finding itself, as in the previous release."""
         warnings.warn("finding.miss is now the finding; leave out .miss", DeprecationWarning, stacklevel=2)
         return self
 
@@ -80,7 +80,7 @@ class Expected(Table, ABC):
     """Schema and evaluation of an entry of ``expect``."""
 
     def watch(self, board: Any) -> Any:
-        """Start to observe a run at power-on. The run view keeps the returned object."""
+        """Start observing at power-on. The run view keeps the result."""
         del board
         return None
 
@@ -101,7 +101,7 @@ class Expected(Table, ABC):
         final: bool = False,
         mistake: str = "",
     ) -> ExpectationResult:
-        """Return a failure; ``expected``: the part of the expectation that is not met."""
+        """Return a failure; ``expected``: the unmet part of the expectation."""
         return ExpectationResult(expected or self.describe(), fault, seen, diff, final, mistake)
 
 

@@ -1,13 +1,13 @@
-"""Rules of the lab, in one place for scenarios, rubrics and the page::
+"""Rules of the lab for scenarios, rubrics and the page::
 
     [[expect]]
     rule = "Yaw"
     from = "12.1s"
 
-The entry's other keys are added to the rule's table in ``scenarios/rules/lab3.toml``.
+Further keys are added to the rule's table in ``scenarios/rules/lab3.toml``.
 
-Decision: a rule is a table of data that replaces the entry when a file is read, so that the lab's numbers are
-not hidden in code.
+Decision: a rule is a table that replaces the entry when a file is read, so that the lab's numbers
+are not hidden in code.
 """
 
 from __future__ import annotations
@@ -34,10 +34,7 @@ def rule_names() -> list[str]:
 
 
 def with_rules(entries: Any, file: str, key: str) -> Any:
-    """Return ``expect`` with each rule replaced by its table.
-
-    ``key``: place in ``file``. Raises ScenarioError for an unknown rule.
-    """
+    """Return ``expect`` with rules replaced by their tables. Raises ScenarioError."""
     if not isinstance(entries, Sequence) or isinstance(entries, str):
         return entries
     return [_resolved(entry, file, f"{key}[{number}]") for number, entry in enumerate(entries)]

@@ -1,17 +1,14 @@
 """The scenario's view of a board and its printed lines.
 
-A number is a field of a line in its exact format. A line that only begins like a format is malformed, not
-wrong.
+A line that only begins like a format is malformed. The truth is the output of perfect sensors,
+firmware and formulas, with yaw from magnetic north.
 
-The truth is the output of perfect sensors, firmware and formulas, with yaw from magnetic north.
-
-Decision: a scenario knows a board only as a protocol, because the board loads the scenario by its name and
-passes itself to it.
+Decision: a scenario knows a board only as a protocol, because the board loads the scenario.
 
 Decision: blanks and carriage returns around a line are ignored, because terminals do not show them.
 
-Decision: the time of a line is computed from the UART's frames, because an event for each byte would also
-record every bus transfer, a hundred times as many.
+Decision: the time of a line is computed from the UART's frames, because an event for each byte
+would also record every bus transfer.
 """
 
 from __future__ import annotations
@@ -93,7 +90,7 @@ _FORMATS: tuple[tuple[str, tuple[str, ...]], ...] = (
 
 
 class LineFormat:
-    """Format string, beginning and fields of one kind of line."""
+    """Format string, beginning and fields of a line."""
 
     def __init__(self, text: str, fields: tuple[str, ...]) -> None:
         self.text = text
@@ -107,7 +104,7 @@ class LineFormat:
         self._meant = re.compile(rf"\b(?:{names})\w*[^\w\n][^\n]*?\d", re.ASCII | re.IGNORECASE)
 
     def is_meant_by(self, line: str) -> bool:
-        """Return whether a number follows one of the fields' names."""
+        """Return whether a number follows a field's name."""
         return self._meant.search(line[:_LONGEST_MEANT]) is not None
 
     def parse(self, line: str) -> dict[str, float] | None:
@@ -123,12 +120,12 @@ _BANNER = re.compile(r"STEVAL-FCU001V1 FW(?= rev\.)")
 
 
 def same_banner(text: str) -> str:
-    """Replace ST's "FW" banner by the slides' "FH": comparisons accept both."""
+    """Replace ST's "FW" banner by the slides' equivalent "FH"."""
     return _BANNER.sub("STEVAL-FCU001V1 FH", text)
 
 
 def escaped(text: str) -> str:
-    """Return a line with all bytes distinguishable, also backslashes."""
+    """Return a line with escapes, also for backslashes."""
     return text.encode("unicode_escape").decode("ascii")
 
 
@@ -190,7 +187,7 @@ TILT_STEP_PS = SAMPLE_STEP_PS = 10 * PS_PER_MS
 
 
 def tilts_of(world: World, at_ps: Sequence[int]) -> list[TiltSample]:
-    """Return the inclination at moments within the world's memory."""
+    """Return the inclination at moments that the world remembers."""
     if not at_ps:
         return []
     pitch, roll = lab_angles(world.specific_force_g(np.array(at_ps) / PS_PER_S))
@@ -231,7 +228,7 @@ MAX_SETTLE_PS = PS_PER_S  # the world remembers 5 s
 
 @dataclass(frozen=True)
 class PrintedLine:
-    """A line without surrounding blanks, and the time when its printing began, in whole milliseconds."""
+    """A stripped line, and the whole millisecond when its printing began."""
 
     number: int  # counted from 1
     text: str
@@ -240,7 +237,7 @@ class PrintedLine:
     """By field: instants (N,) in s up to printing, and true values (N,)."""
 
     def error(self, name: str, printed: float, settle_ps: int) -> float:
-        """Return the smallest deviation from the truth of the last ``settle_ps``."""
+        """Return the smallest deviation from the truth of ``settle_ps``."""
         t_s, values = self.truth[name]
         recent = values[t_s >= t_s[-1] - settle_ps / PS_PER_S - 1e-9]
         return min((deviation(name, printed, float(value)) for value in recent), key=abs)
@@ -255,9 +252,10 @@ class Wanted(NamedTuple):
 
 
 class Recorder:
-    """Recorder of a board until ``until_ps``; ``wanted``: quantities recorded with lines.
+    """Recorder of a board until ``until_ps``.
 
-    ``tilts``: record the inclination. ``sampled``: quantities recorded every ``SAMPLE_STEP_PS``.
+    ``wanted``: quantities recorded with lines. ``tilts``: record the inclination. ``sampled``:
+    quantities recorded every ``SAMPLE_STEP_PS``.
     """
 
     def __init__(
@@ -281,7 +279,7 @@ class Recorder:
         self._clock.schedule(until_ps, self._stop, last=True)
 
     def lines(self) -> list[PrintedLine]:
-        """Return the complete lines until now or ``until_ps``."""
+        """Return the complete lines so far."""
         if not self._stopped:
             self._collect()
         return self._lines
@@ -292,7 +290,7 @@ class Recorder:
         return self._tilts or ()
 
     def samples(self) -> Mapping[str, Sequence[float]]:
-        """Return quantities so far, in steps of ``SAMPLE_STEP_PS``."""
+        """Return quantities in steps of ``SAMPLE_STEP_PS``."""
         if not self._stopped:
             self._collect()
         return self._samples
@@ -351,8 +349,8 @@ _STILL_G = 0.05
 def against_truth(field: str, lines: Sequence[PrintedLine], settle_ps: int, window: str = "") -> list[str]:
     """Return a table of prints, truth and error, and a summary; ``window`` is for the title.
 
-    Decision: the error in the table is the error at the moment of printing, which shows the age of a moving
-    board's number. An extra line says if the nearest truth, as in expectations, gives another largest error.
+    Decision: the table has the error at the moment of printing, which shows the age of the number.
+    An extra line follows if the nearest truth has another largest error.
     """
     rows, judged = [], []
     for line in lines:
@@ -382,15 +380,15 @@ def against_truth(field: str, lines: Sequence[PrintedLine], settle_ps: int, wind
 
 
 def _largest(errors: Iterable[float]) -> float:
-    """Return the error farthest from 0; NaN if there are none."""
+    """Return the error farthest from 0, else NaN."""
     return max(filter(math.isfinite, errors), key=abs, default=math.nan)
 
 
 def _flag(field: str, line: PrintedLine) -> str:
-    """Return a note for an angle printed while the board accelerated, which is not a tilt.
+    """Return a note for an angle printed while the board accelerated.
 
-    The slides check the modulus, which hides sideways acceleration: 0.36 g turns the vertical by 20 degrees
-    but gives 1.06 g.
+    The slides' check of the modulus hides sideways acceleration: 0.36 g turns the vertical by 20
+    degrees but gives 1.06 g.
     """
     if field not in ANGLES:
         return ""
@@ -399,7 +397,7 @@ def _flag(field: str, line: PrintedLine) -> str:
 
 
 def _chosen(count: int, worst: int) -> list[int]:
-    """Return at most a dozen rows: first, last, ``worst``, and evenly spaced ones."""
+    """Return a dozen rows: first, last, ``worst``, and evenly spaced ones."""
     if count <= _MOST_ROWS:
         return list(range(count))
     chosen = [index * (count - 1) // (_MOST_ROWS - 1) for index in range(_MOST_ROWS)]

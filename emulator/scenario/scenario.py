@@ -1,10 +1,10 @@
 """Scenarios that any number of boards can play, and their runs.
 
-Motions are planned on the world when the board is created. From the first jump (``set_...``) on, every step
-is performed at its time, because a jump drops the plans for its quantity.
+Motions are planned when the board is created. From the first jump (``set_...``) on, every step is
+performed at its time, because a jump drops the plans for its quantity.
 
-Limits are checked between slices of virtual time, which does not pass in Python firmware that never calls the
-HAL.
+Limits are checked between slices of virtual time. It does not pass in Python firmware without HAL
+calls.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class TimelineStep:
 
 
 def steps_of(entries: Sequence[TimelineAction], duration_ps: int, file: str) -> list[TimelineStep]:
-    """Return steps in order of time. Raises ScenarioError for a step after the end, or two motions at once."""
+    """Return steps in order of time. Raises ScenarioError for a late step or simultaneous motions."""
     steps = []
     end_ps = 0
     for number, entry in enumerate(entries):
@@ -92,7 +92,7 @@ def _refuse_overlaps(steps: Sequence[TimelineStep], file: str) -> None:
 
 
 def rehearse(steps: Sequence[TimelineStep], create_world: CreateWorld, file: str) -> None:
-    """Perform all steps on a separate world. Raises ScenarioError."""
+    """Perform all steps on another world. Raises ScenarioError."""
     clock = Clock()
     world = create_world(clock)
     for step in steps:
@@ -107,9 +107,9 @@ def rehearse(steps: Sequence[TimelineStep], create_world: CreateWorld, file: str
 
 
 class Scenario:
-    """One checked file: settings, timeline and expectations; messages call it ``file``.
+    """One checked file: settings, timeline and expectations.
 
-    Raises ScenarioError if parts do not fit together or the world cannot perform the timeline.
+    Raises ScenarioError if the parts or the timeline are invalid.
     """
 
     def __init__(
@@ -159,11 +159,11 @@ class Scenario:
         return self.contents.sensors.settings()
 
     def board_errors(self, quality: Quality, seed: int) -> BoardErrors:
-        """Return the board's deviations: the file's values, else drawn ones."""
+        """Return the file's deviations, completed by drawn ones."""
         return replace(BoardErrors.of_quality(quality, seed), **self.contents.board)
 
     def create_world(self, clock: Clock, own: BoardErrors | None = None) -> World:
-        """Create the world at power-on; ``own``: deviations that the file does not give."""
+        """Create the world at power-on; ``own``: deviations not in the file."""
         table = self.contents.world
         own = own or BoardErrors()
         try:
@@ -190,10 +190,7 @@ class Scenario:
         return world
 
     def play(self, board: BoardView) -> None:
-        """Schedule the timeline and record the board, at power-on.
-
-        The board may be a weak proxy, which cannot be a key: its terminal is used as key.
-        """
+        """Schedule the timeline and record the board, at power-on."""
         tilts = any(isinstance(one, ExpectLedFollows) for one in self.expectations)
         recorder = Recorder(board, self.duration_ps, self._truth_wanted(), tilts, self._sampled())
         self._recorders[board.terminal] = recorder
@@ -208,7 +205,7 @@ class Scenario:
                 board.clock.schedule(step.at_ps, partial(step.entry.act, board, step.at_ps))
 
     def exceeded(self, board: BoardView, wall_s: float) -> str:
-        """Return the limit exceeded after ``wall_s`` seconds of wall time, or ""."""
+        """Return the limit exceeded after ``wall_s`` of wall time, or ""."""
         if board.terminal.uart.received_count() > self.limits.terminal_bytes:
             return f"{self.limits.terminal_bytes} bytes of text, limits.terminal_bytes"
         if wall_s > self.limits.wall / PS_PER_S:
@@ -216,10 +213,10 @@ class Scenario:
         return ""
 
     def check(self, board: BoardView, limit: str = "") -> Result:
-        """Evaluate all expectations and reports now, on a board that plays this scenario.
+        """Evaluate all expectations and reports now.
 
-        If the run has not reached its end, the result has ``early_end``, with the reason ``limit``. Raises InputError
-        for another scenario's board.
+        Before the run's end the result has ``early_end``, with the reason ``limit``. Raises
+        InputError for another scenario's board.
         """
         run = self.run_view(board)
         early_end = None
@@ -237,7 +234,7 @@ class Scenario:
         return Result(self._results(run, self.is_over(board)), tuple(reports), early_end)
 
     def run_view(self, board: BoardView) -> RunView:
-        """Return the run view of a board. Raises InputError for another scenario's board."""
+        """Return a board's run view. Raises InputError for another scenario's board."""
         recorder = self._recorders.get(board.terminal)
         if recorder is None:
             raise InputError(f"this board must play the scenario {self.name}", kind="other_scenario")
@@ -258,7 +255,7 @@ class Scenario:
         return Scenario(self.contents.model_copy(update=changed), self.path, self.name, self.table)
 
     def results(self, board: BoardView) -> tuple[ExpectationResult, ...]:
-        """Return every expectation's current result. Raises InputError for another scenario's board."""
+        """Return all current results. Raises InputError for another scenario's board."""
         return self._results(self.run_view(board), self.is_over(board))
 
     def _results(self, run: RunView, over: bool) -> tuple[ExpectationResult, ...]:
@@ -278,7 +275,7 @@ class Scenario:
         return board.clock.now_ps >= self.duration_ps
 
     def standing(self, board: BoardView) -> list[str]:
-        """Return the result for people; before the end, final failures and the number of open expectations.
+        """Return the result for people; before the end, final failures and a count.
 
         Raises InputError for another scenario's board.
         """
@@ -291,7 +288,7 @@ class Scenario:
         return [*(line for one in results if one.state == "failed" for line in one.lines), count]
 
     def _refuse_windows_after_the_end(self) -> None:
-        """Refuse windows after the end, which would pass without lines."""
+        """Refuse windows after the end, which would always pass."""
         tables = [
             *((f"expect[{number}]", one) for number, one in enumerate(self.expectations)),
             *((f"report[{number}]", one) for number, one in enumerate(self.reports)),
@@ -334,7 +331,7 @@ class Scenario:
 
 
 def _may_be(number: NumberFormat, line: str) -> bool:
-    """Return whether a line needs the truth; True after a timeout, which the verdict reports."""
+    """Return whether a line may have the number; True after a timeout."""
     try:
         return number.is_begun_by(line)
     except TimeoutError:
@@ -352,9 +349,9 @@ class ScenarioBoard(BoardView, Protocol):
 
 
 def run(board: ScenarioBoard, wall_clock_s: Callable[[], float] = time.monotonic) -> Result:
-    """Run a board to the end of its scenario or to a limit, and evaluate it.
+    """Run a board to its scenario's end or a limit, and evaluate it.
 
-    Raises FirmwareError if the firmware fails, InputError if the board has no scenario.
+    Raises FirmwareError if the firmware fails, InputError without a scenario.
     """
     plan = _scenario(board)
     runner = Runner(board, [], plan.duration_ps, None, partial(plan.exceeded, board), wall_clock_s)
@@ -363,7 +360,7 @@ def run(board: ScenarioBoard, wall_clock_s: Callable[[], float] = time.monotonic
 
 
 def check(board: ScenarioBoard) -> list[ExpectationResult]:
-    """Return the scenario's failed expectations as of now."""
+    """Return the failed expectations as of now."""
     return list(_scenario(board).check(board).findings)
 
 

@@ -1,7 +1,7 @@
 """Schema of scenario files, version 1.
 
-Decision: scenarios are TOML, because the standard library reads it, and it has comments and no implicit
-typing. Pydantic's errors carry the key path, and it exports the JSON schema.
+Decision: scenarios are TOML, because the standard library reads it, and it has comments and no
+implicit typing. Pydantic gives key paths in errors, and the JSON schema.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ Matrix = Annotated[tuple[Row, Row, Row], Strict(False)]
 
 
 class Figures:
-    """Marker for a table generated from a sensor's declared figures; only given keys are kept."""
+    """Marker for a table generated from a sensor's declared figures."""
 
     def __init__(self, errors: type[PartErrors]) -> None:
         ideal = errors()
@@ -108,7 +108,7 @@ def _number(figure: Figure) -> Any:
 
 
 class FirmwareTable(Table):
-    """[firmware_settings]: options of the firmware model; only the given keys are passed on."""
+    """[firmware_settings]: options of the firmware model. Only given keys are passed."""
 
     mu: float = Field(1.0, ge=0.01, le=1)
     led1_axis: Literal["pitch", "roll"] = "pitch"
@@ -125,9 +125,9 @@ class BusTable(Table):
 
 
 class PlaceTable(Table):
-    """Place and date on Earth: the field by the World Magnetic Model 2025; the floor's height above the sea.
+    """Place and date on Earth, for the field by the World Magnetic Model 2025.
 
-    Without ``altitude_m`` the field is that at sea level, and the floor has its default height.
+    ``altitude_m``: the floor's height above the sea; default: sea level for the field.
     """
 
     latitude_deg: Annotated[float, within(limits.LATITUDE)]
@@ -141,7 +141,7 @@ MOST_STEEL = 16  # in a room
 
 
 class SteelTable(Table):
-    """[[world.steel]]: a sphere of steel in the room; ``moment_am2``: its permanent moment, NED."""
+    """[[world.steel]]: a sphere of steel in the room; ``moment_am2``: permanent moment, NED."""
 
     north_m: Annotated[float, within(limits.PLACE)] = 0.0
     east_m: Annotated[float, within(limits.PLACE)] = 0.0
@@ -151,7 +151,7 @@ class SteelTable(Table):
 
 
 class WorldTable(Table):
-    """[world]: the state at power-on; missing values are the world's defaults (Zurich, flat, 25 degC).
+    """[world]: the state at power-on; default: Zurich, flat, 25 degC.
 
     Missing iron values are drawn by the sensors' quality; an ideal board has none.
     """
@@ -182,8 +182,7 @@ class WorldTable(Table):
 class SensorsTable(Table):
     """[sensors]: the quality sets all figures, the sensors' tables replace single ones.
 
-    The board defines the tables of the sensors, and the keys for mountings that can be chosen:
-    :func:`sensors_table`.
+    :func:`sensors_table` adds the board's keys.
     """
 
     RENAMED: ClassVar[Mapping[str, str]] = {"grade": "quality"}
@@ -198,7 +197,7 @@ class SensorsTable(Table):
 
 
 def sensors_table(board: BoardDescription) -> type[SensorsTable]:
-    """Return [sensors] of a board: tables of its sensors, keys for choices of mounting."""
+    """Return [sensors] with the board's sensors and its choices of mounting."""
     keys: dict[str, Any] = {}
     for mounted in board.parts:
         if mounted.mounting_key:
@@ -211,9 +210,9 @@ def sensors_table(board: BoardDescription) -> type[SensorsTable]:
 
 
 class LimitsTable(Table):
-    """[limits]: resource limits of a run; beyond a limit the run is stopped with a message.
+    """[limits]: resource limits of a run, which ends beyond one.
 
-    ``duration`` is virtual time and checked on loading; ``wall`` is checked between slices of 0.1 s virtual
+    ``duration`` is virtual time, checked on loading; ``wall`` is checked every 0.1 s of virtual
     time.
     """
 
@@ -255,7 +254,7 @@ AnyExpectation = Annotated[Kinds, Field(discriminator="kind")]
 
 
 class ReportTable(Window):
-    """One ``[[report]]``: compare a printed field with the truth in a small table."""
+    """One ``[[report]]``: a table of a printed field and the truth."""
 
     field: FieldName
     against: Literal["truth"]
@@ -290,7 +289,7 @@ class ScenarioFile(Table):
 
 @cache
 def scenario_file(board: BoardDescription) -> type[ScenarioFile]:
-    """Return the class of a scenario file, with the firmware, sensors and mountings of the board."""
+    """Return a scenario file's class with the board's firmware, sensors and mountings."""
 
     def known(name: str) -> str:
         if name not in board.firmware:
@@ -368,7 +367,7 @@ def _may_be_drawn(schema: Any) -> Any:
 
 
 def as_written(schema: Any, board: BoardDescription) -> Any:
-    """Return the schema with the board's names, and defaults in the file's notation."""
+    """Return the schema with the board's names and with defaults in file notation."""
     if isinstance(schema, list):
         return [as_written(entry, board) for entry in schema]
     if not isinstance(schema, dict):

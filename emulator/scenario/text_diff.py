@@ -23,7 +23,7 @@ def first_difference(expected: Sequence[str], printed: Sequence[str]) -> int:
 
 
 def difference(expected: Sequence[str], printed: Sequence[str]) -> tuple[str, ...]:
-    """Return the first difference as a unified diff with context."""
+    """Return the first difference as a unified diff."""
     index = first_difference(expected, printed)
     begin, end = max(index - _CONTEXT, 0), index + _SHOWN
     old, new = (list(map(escaped, side[begin:end])) for side in (expected, printed))
@@ -41,7 +41,7 @@ def nearest(wanted: str, lines: Sequence[str]) -> str | None:
 
 
 def fault_between(wanted: str, found: str | None) -> Fault:
-    """Return the fault that describes ``found`` in place of ``wanted``."""
+    """Return the fault of ``found`` in place of ``wanted``."""
     if found is None:
         return "missing"
     return "wrong value" if _form(wanted) == _form(found) else "wrong format"
@@ -59,7 +59,7 @@ _MOST_DIFFERENCES = 3
 
 
 def format_difference(wanted: str, line: str) -> str:
-    """Describe how a line differs from a format string, or ""."""
+    """Describe a line's difference from a format, or ""."""
     tokens, printed = _TOKEN.findall(wanted), _TOKEN.findall(line[:_LONGEST])
     found = dict.fromkeys(filter(None, map(_token_difference, tokens, printed)))
     if not found and len(tokens) == len(printed):

@@ -7,11 +7,11 @@
     value = 45
     margin = 1
 
-This table becomes motions to rests at 44, 46, -44, -46 and 55 (ten margins beyond) degrees of roll, and at 46 degrees
-of pitch with a roll of 0. The order is drawn from the seed.
+This table becomes rests at 44, 46, -44, -46 and 55 (ten margins beyond) degrees of roll, and at 46
+degrees of pitch, in a drawn order.
 
-Decision: a threshold becomes entries of the timeline when a file is read. Rejected alternative: random poses,
-which passed a threshold of 40 degrees for 45.
+Decision: a threshold becomes entries of the timeline when a file is read. Random poses were
+rejected: they passed a threshold of 40 degrees for 45.
 """
 
 from __future__ import annotations
@@ -31,11 +31,10 @@ _FAR = 10  # in margins
 
 
 class ThresholdTable(Table):
-    """One ``[[threshold]]``: the quantity that the board is moved to, the threshold, and the distance of the rests.
+    """One ``[[threshold]]``: quantity, threshold, and distance of the rests.
 
-    ``both_sides``: whether minus the value is a threshold as well; True for angles. ``at``: begin of the
-    first motion, 2 s for the first threshold; a later one follows the previous one. Each motion takes
-    ``turn``, each rest ``rest``.
+    ``both_sides``: whether minus the value is a threshold, too; default: for angles. ``at``: begin;
+    default: 2 s, or the previous threshold's end. Each motion takes ``turn``, each rest ``rest``.
     """
 
     quantity: Literal["pitch", "roll", "Altitude"]
@@ -73,7 +72,7 @@ class ThresholdTable(Table):
         return [(name, round(value, _DIGITS)) for name, value in poses]
 
     def _far(self) -> float:
-        """Return a value at which a wrong threshold and a missing one give different results."""
+        """Return a value at which a missing threshold shows."""
         far = self.value + _FAR * self.margin
         return min(far, (self.value + self.margin + _STEEPEST_DEG) / 2) if self.is_angle else far
 
@@ -89,7 +88,7 @@ def parse_thresholds(value: Any) -> list[ThresholdTable]:
 
 
 class ThresholdSection(NamedTuple):
-    """The part of a run for threshold ``number``, and its entries' indices."""
+    """The part of a run for threshold ``number``, with its entries."""
 
     number: int
     begin_ps: int
@@ -103,9 +102,9 @@ def put_in_place(
     pick: Callable[[str, int], float],
     file: str,
 ) -> tuple[dict[str, Any], list[ThresholdSection]]:
-    """Return the table with the thresholds' motions in place, and their parts of the run; ``pick`` draws the order.
+    """Return the table with the thresholds' motions, and their parts of the run.
 
-    Without ``duration`` the run ends after the last rest. Raises ScenarioError.
+    ``pick`` draws the order. Default ``duration``: to the last rest's end. Raises ScenarioError.
     """
     timeline = table.get("timeline", [])
     others = [entry for entry in timeline if isinstance(entry, dict)] if isinstance(timeline, list) else []
@@ -141,7 +140,7 @@ def _lift(metres: float) -> dict[str, Any]:
 
 
 def _turn(angle: str, value: float, table: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a motion with the other angle at 0, so that both are inclinations."""
+    """Return a motion with the other angle at 0."""
     world = table.get("world")
     yaw_deg = world.get("yaw_deg", 0.0) if isinstance(world, dict) else 0.0
     return {"do": "rotate_to", f"{angle}_deg": value, "yaw_deg": yaw_deg}

@@ -1,7 +1,6 @@
 """Timeline entries: motions, jumps of the world, bus faults, typing.
 
-An entry names a method of :class:`fcu_emulator.emulator.world.World`, and its keys are the arguments. Each
-kind is a class in the union at the end.
+Most entries are calls of a method of :class:`fcu_emulator.emulator.world.World`.
 """
 
 from __future__ import annotations
@@ -64,7 +63,7 @@ class TimelineAction(Table):
 
     @property
     def moves(self) -> frozenset[str]:
-        """Return the moved quantities. Only one motion at a time may move a quantity."""
+        """Return the moved quantities; motions of one must not overlap."""
         return self.MOVES
 
     def plan(self, world: World, start_s: float) -> None:
@@ -84,7 +83,7 @@ DURATIONS = {"for_": "duration_s", "catch": "catch_s", "time_constant": "time_co
 
 
 class WorldAction(TimelineAction):
-    """An action that calls the world's method of the same name."""
+    """A call of the world's method of the same name."""
 
     def arguments(self) -> dict[str, Any]:
         """Return the method's arguments without the time."""
@@ -154,7 +153,7 @@ class Sweep(MotionAction):
 
 
 class TurnOver(MotionAction):
-    """Rotate by half a turn about the board's own X axis."""
+    """Rotate by half a turn about the board's X axis."""
 
     MOVES: ClassVar[frozenset[str]] = ATTITUDE
     do: Literal["turn_over"]
@@ -178,7 +177,7 @@ class Lift(MotionAction):
 
 
 class Move(MotionAction):
-    """Push the board in a straight line by a distance. With ``up_m`` = 0 its height does not change."""
+    """Push the board in a straight line by a distance."""
 
     do: Literal["move"]
     north_m: Annotated[float, within(limits.WAY)] = 0.0
@@ -191,7 +190,7 @@ class Move(MotionAction):
 
 
 class FreeFall(MotionAction):
-    """Drop the board for a time, then catch it within the time ``catch``."""
+    """Let the board fall, then catch it within ``catch``."""
 
     MOVES: ClassVar[frozenset[str]] = ALTITUDE
     do: Literal["free_fall"]
@@ -203,7 +202,7 @@ class FreeFall(MotionAction):
 
 
 class Shake(MotionAction):
-    """Accelerate back and forth along a world axis, in addition to every other motion."""
+    """Add an acceleration back and forth along a world axis."""
 
     do: Literal["shake"]
     axis: Literal["north", "west", "up"]
@@ -212,7 +211,7 @@ class Shake(MotionAction):
 
 
 class Tap(MotionAction):
-    """Tap with a fingertip along a world axis, in addition to every other motion."""
+    """Add a fingertip's tap along a world axis."""
 
     do: Literal["tap"]
     for_: Length = Field(TAP_PS, alias="for")
@@ -265,7 +264,7 @@ class SlamDoor(WorldAction):
 
 
 class Replay(WorldAction):
-    """Replay a recording's signals, or follow its attitude; the path is relative to the scenario's folder."""
+    """Replay a recording's signals, or follow its attitude."""
 
     do: Literal["replay"]
     csv: RecordingFile
@@ -284,7 +283,7 @@ class Replay(WorldAction):
 
 
 class TakeInHand(WorldAction):
-    """Let a hand hold the board from now on: it turns about the wrist, and trembles."""
+    """Let a trembling hand hold the board and turn it about the wrist."""
 
     MOVES: ClassVar[frozenset[str]] = PLACE | ALTITUDE
     do: Literal["take_in_hand"]
@@ -294,7 +293,7 @@ class TakeInHand(WorldAction):
 
 
 class PutDown(WorldAction):
-    """Put the board down: it is not held by a hand from now on."""
+    """Put the board down, out of the hand."""
 
     MOVES: ClassVar[frozenset[str]] = PLACE | ALTITUDE
     do: Literal["put_down"]
@@ -305,7 +304,7 @@ FOLLOWED_EVERY_PS = 10 * PS_PER_S // 1000
 
 
 class RunMotors(WorldAction):
-    """Run the four motors from now on: one throttle for all, four, or the firmware's PWM."""
+    """Run the motors from now on: one throttle, four, or the firmware's PWM."""
 
     LIVE: ClassVar[bool] = True
     MOVES: ClassVar[frozenset[str]] = frozenset({"motors"})
@@ -313,7 +312,7 @@ class RunMotors(WorldAction):
     throttle: Share | Annotated[tuple[Share, Share, Share, Share], Strict(False)] | Literal["firmware"]
 
     def plan(self, world: World, start_s: float) -> None:
-        """Plan the given throttles. The firmware's PWM is not known in advance."""
+        """Plan given throttles; the firmware's PWM is unknown here."""
         world.run_motors(0.0 if self.throttle == "firmware" else self.throttle, start_s)
 
     def act(self, board: BoardView, from_ps: int) -> None:
@@ -372,7 +371,7 @@ class FollowAction(Jump):
 
 
 class FollowAttitude(FollowAction):
-    """Turn towards an attitude until another one is given."""
+    """Turn towards an attitude until the next command."""
 
     MOVES: ClassVar[frozenset[str]] = ATTITUDE
     do: Literal["follow_attitude"]
@@ -382,7 +381,7 @@ class FollowAttitude(FollowAction):
 
 
 class FollowAltitude(FollowAction):
-    """Rise or sink towards a height above the floor until another one is given."""
+    """Rise or sink towards a height above the floor until the next command."""
 
     MOVES: ClassVar[frozenset[str]] = ALTITUDE
     do: Literal["follow_altitude"]
@@ -390,7 +389,7 @@ class FollowAltitude(FollowAction):
 
 
 class FollowMagnet(FollowAction):
-    """Move a magnet to a place relative to the board until another one is given."""
+    """Move a magnet to a place relative to the board until the next command."""
 
     MOVES: ClassVar[frozenset[str]] = MAGNET
     do: Literal["follow_magnet"]
@@ -440,7 +439,7 @@ class SetField(Setter):
 
 
 class InjectFault(TimelineAction):
-    """Break the sensor bus, for a time or permanently; see I2CFault for the kinds."""
+    """Break the sensor bus, for a time or permanently (see I2CFault)."""
 
     do: Literal["inject_fault"]
     kind: FaultKind
@@ -450,7 +449,7 @@ class InjectFault(TimelineAction):
 
     @property
     def length_ps(self) -> int:
-        """Return the duration; a permanent fault counts as a moment."""
+        """Return the duration, 0 for a permanent fault."""
         return self.for_ or 0
 
     def act(self, board: BoardView, from_ps: int) -> None:

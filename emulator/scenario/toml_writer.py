@@ -1,8 +1,7 @@
 """Scenarios as text.
 
-Decision: this module writes TOML itself, in the few forms that a scenario needs, because a general TOML
-writer would be one more package to install. JSON's encoder quotes strings; only one control character
-differs.
+Decision: this module writes the few forms of TOML that a scenario needs, because a general writer
+would be one more package.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ _ENTRY: TypeAdapter[TimelineAction] = TypeAdapter(AnyEntry)
 def parse_entry(table: Mapping[str, Any], board: BoardDescription = FCU001V1) -> TimelineAction:
     """Check a timeline entry such as ``{"do": "lift", "metres": 2, "for": "1s"}``, without ``at``.
 
-    Raises ScenarioError; InputError for an entry that reads a file, which a remote client must not name.
+    Raises ScenarioError; InputError for an entry that reads a file.
     """
     if isinstance(table, Mapping) and table.get("do") == "replay":
         raise InputError("cannot play a recording on a live board; put the replay into a scenario")
@@ -60,7 +59,7 @@ def entry_line(entry: TimelineAction, at_ps: int, interrupts: bool = False) -> s
 def timeline(entries: Iterable[tuple[int, TimelineAction]]) -> str:
     """Return ``timeline = [...]``, with one line for each (time in ps, entry).
 
-    An entry that cuts a motion short gets the key ``interrupts``.
+    An entry that cuts a motion short gets ``interrupts``.
     """
     busy_until: dict[str, int] = {}
     lines = []
@@ -73,7 +72,7 @@ def timeline(entries: Iterable[tuple[int, TimelineAction]]) -> str:
 
 
 def scenario_text(table: Mapping[str, Any]) -> str:
-    """Return a whole file from its table; tables of arrays have one line."""
+    """Return a file's text; each inner table has one line."""
     keys = {key: value for key, value in table.items() if not isinstance(value, Mapping)}
     tables = {key: value for key, value in table.items() if isinstance(value, Mapping)}
     return "".join((*map(_top_level, keys, keys.values()), *map(table_text, tables, tables.values())))

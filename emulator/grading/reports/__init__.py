@@ -1,1 +1,1 @@
-"""Reports of a graded class: files for people, for learning platforms and for CI."""
+"""Reports of a graded class for people, learning platforms and CI."""

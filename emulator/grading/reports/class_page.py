@@ -32,7 +32,7 @@ _COUNTED = {
 
 @dataclass(frozen=True)
 class HardCheck:
-    """A check with its pass rate; ``share``: mean share of its points that the judged submissions earn."""
+    """A check; ``share``: mean share of its points that students earn."""
 
     check: str
     title: str
@@ -42,7 +42,7 @@ class HardCheck:
 
 
 def hardest_checks(graded: GradedClass) -> list[HardCheck]:
-    """Return all checks that give points, hardest first."""
+    """Return checks with points, hardest first."""
     found: dict[str, list[tuple[str, float, bool]]] = {}
     for one in graded.submissions:
         for check in one.verdict.checks if one.verdict else ():
@@ -145,7 +145,7 @@ def _listed(title: str, rows: list[tuple[Graded, str]]) -> Iterator[Html]:
 
 
 def _late(one: Graded) -> str:
-    """Describe the delay, with the deducted points if the submission had fewer points than the penalty."""
+    """Describe the delay; add the deducted points if they are fewer than the penalty."""
     if one.points is not None and one.lost_by_lateness < one.late_penalty:
         return f"{one.late_words}, of which {number(one.lost_by_lateness)} deducted"
     return one.late_words

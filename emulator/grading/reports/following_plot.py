@@ -13,7 +13,7 @@ _THINNEST = 1.5  # a printed line takes no time
 
 
 def following_plot(following: Following, duration_s: float) -> Html:
-    """Return a figure with two rows, wanted and seen, over the time of the run."""
+    """Return a figure with two rows, wanted and seen, over time."""
     what = f"{following.name} while {following.condition}"
     rows = (("wanted", following.wanted, "bar-ground"), ("seen", following.shown, "bar"))
     height = _ROW * (len(rows) + 1)

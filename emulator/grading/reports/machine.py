@@ -1,7 +1,7 @@
-"""Reports that other programs read: CSV for learning platforms, JUnit for CI, Gradescope's ``results.json``.
+"""Reports for programs: CSV for learning platforms, JUnit for CI, Gradescope's ``results.json``.
 
-Decision: a submission without a grade never gets a zero. Only on Gradescope a rejected submission gets 0
-points and the reason, because its student can submit again.
+Decision: a submission without a grade never gets a zero. Only on Gradescope a rejected submission
+gets 0 points, because its student can submit again.
 """
 
 from __future__ import annotations
@@ -88,10 +88,10 @@ def _case(suite: ET.Element, rubric: str, check: CheckResult) -> None:
 
 
 def gradescope_results(one: Graded) -> dict[str, Any]:
-    """Return ``results.json`` of one submission, with all checks: Gradescope hides tests by their visibility.
+    """Return ``results.json`` of one submission; Gradescope hides tests by their visibility.
 
-    Source: https://gradescope-autograders.readthedocs.io/en/latest/specs/. Raises NotJudgedError if there is no grade,
-    so that staff can run the autograder again.
+    Source: https://gradescope-autograders.readthedocs.io/en/latest/specs/. Raises NotJudgedError
+    without a grade.
     """
     if one.status in ("unjudged", "partly", "missing"):
         raise NotJudgedError(f"{one.shown_name}: {one.reason}; run the autograder again")

@@ -1,12 +1,13 @@
-"""HTML and SVG that are safe from injection: this module escapes every text that is not :class:`Html`.
+"""HTML and SVG that are safe from injection: every text that is not :class:`Html` is escaped.
 
 ::
 
     element("td", student.name, class_="name")
 
-In case of a mistake in this module, the content security policy of each page forbids scripts and requests.
+Each page's content security policy also forbids scripts and requests.
 
-Decision: a few functions write the markup, not a template library, which escapes by a setting, not by type.
+Decision: a few functions write the markup. A template library was rejected: it escapes by a
+setting, not by type.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ _EMPTY = frozenset({"meta", "br", "line", "circle", "path", "polyline"})
 
 
 def element(tag: str, *children: Child, **attributes: str | float | None) -> Html:
-    """Return an element; ``class_`` becomes class, ``text_anchor`` text-anchor."""
+    """Return an element; attribute ``class_`` becomes class, ``text_anchor`` text-anchor."""
     given = "".join(
         f' {name.rstrip("_").replace("_", "-")}="{_text(_number(value))}"'
         for name, value in attributes.items()

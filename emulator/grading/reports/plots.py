@@ -1,4 +1,4 @@
-"""Plots as inline SVG: printed numbers against the truth, and a class's distribution."""
+"""Plots as inline SVG: printed numbers with the truth, and a class's distribution."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class _Frame:
 
 
 def series_plot(series: Series) -> Html:
-    """Return printed numbers as dots on the truth's line, or at the chart's edge."""
+    """Return printed numbers as dots beside the truth, or at the chart's edge."""
     if not series.t_s:
         return element("p", f"{series.name} was never printed.", class_="quiet")
     frame = _frame(series)

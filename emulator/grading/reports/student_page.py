@@ -19,7 +19,7 @@ _WORDS = {"passed": "passed", "partial": "partly passed", "failed": "not passed"
 
 
 def student_page(graded: Graded, title: str, *, after_due_date: bool = True) -> str:
-    """Return the page with the visible part of the verdict; ``title``: the rubric's."""
+    """Return the verdict's visible part as HTML; ``title``: the rubric's."""
     return page(f"{graded.shown_name}: {title}", STYLE, *_body(graded, title, after_due_date))
 
 

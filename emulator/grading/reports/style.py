@@ -1,4 +1,4 @@
-"""The reports' style sheet, for light and dark screens and for paper."""
+"""The reports' style sheet for screens, light and dark, and paper."""
 
 STYLE = """
 :root {
