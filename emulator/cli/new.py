@@ -90,7 +90,7 @@ def _write_text(path: Path, text: str) -> None:
 
 
 def main_of(rubric: Rubric) -> str:
-    """Return main.c, which prints LAB3's first line if the rubric expects it."""
+    """Return main.c, which prints LAB3's line after set-up if the rubric expects it."""
     if arm.BOOT_LINE in lines_of(rubric):
         return arm.template_of(rubric.title, arm.BOOT_LINE)
     return arm.template_of(rubric.title)

@@ -87,7 +87,7 @@ class CallTable(Table):
 
 
 class ExplainTable(Table):
-    """The table ``[explain]``."""
+    """The rubric's table ``[explain]``."""
 
     inputs: dict[FormulaName, InputTable] = Field(min_length=1, max_length=_MOST)
     formulas: dict[FormulaName, FormulaText] = Field(min_length=1, max_length=_MOST)

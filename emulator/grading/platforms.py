@@ -2,11 +2,14 @@
 
 Entries have a student's name, or are a download:
 
-- Moodle: ``Full Name_1234_assignsubmission_file_/...`` or ``Full Name_1234_assignsubmission_file_main.c``;
+- Moodle: ``Full Name_1234_assignsubmission_file_/...`` or
+  ``Full Name_1234_assignsubmission_file_main.c``;
   typed text: ``..._assignsubmission_onlinetext_...``;
-- Canvas: ``lovelaceada_1234_5678_main.c``, ``lovelaceada_LATE_1234_5678_main.c``; 5678 is the file's number;
+- Canvas: ``lovelaceada_1234_5678_main.c``, ``lovelaceada_LATE_1234_5678_main.c``;
+  5678 is the file's number;
 - Blackboard: ``Lab 3_ada_attempt_2026-11-20-10-11-12_main.c``, and ``.txt`` with name and comment;
-- Ilias: ``Lovelace_Ada_login_1234/...``, teams in ``Team 12/``, late files ``Late Submission - ...``;
+- Ilias: ``Lovelace_Ada_login_1234/...``, teams in ``Team 12/``,
+  late files ``Late Submission - ...``;
 - Gradescope: ``submission_1234/...`` beside ``submission_metadata.yml`` (needs PyYAML).
 
 Decision: only the platform's parts of a name identify the student, because students choose file

@@ -147,7 +147,7 @@ class Graded(ResultModel):
 
 
 class GradedClass(ResultModel):
-    """Contents of ``grade.json``."""
+    """The contents of ``grade.json``."""
 
     schema_: Literal[1] = Field(default=1, alias="schema")
     rubric: str

@@ -3,8 +3,8 @@
 Motions are planned when the board is created. From the first jump (``set_...``) on, every step is
 performed at its time, because a jump drops the plans for its quantity.
 
-Limits are checked between slices of virtual time. It does not pass in Python firmware without HAL
-calls.
+Limits are checked between slices of virtual time. Virtual time does not pass in Python firmware
+without HAL calls.
 """
 
 from __future__ import annotations

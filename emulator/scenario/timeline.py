@@ -42,7 +42,7 @@ from fcu_emulator.emulator.world.magnetism import MOMENT_AM2, Magnet
 
 
 class TimelineAction(Table):
-    """One ``[[timeline]]`` table."""
+    """One entry ``[[timeline]]`` of a scenario."""
 
     LIVE: ClassVar[bool] = False
     """Whether the action must be performed at its time (a jump)."""
