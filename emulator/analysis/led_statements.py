@@ -1,7 +1,7 @@
 """The statements of a firmware that switch the LEDs.
 
-A statement is found in the callers at a change of a LED's pin. If the pin has not changed, it is found as a call of
-``BSP_LED_On()`` or ``BSP_LED_Off()`` with the LED's number, which other calls have shown.
+A statement is a caller at a change of the LED's pin, or a call of ``BSP_LED_On()`` or ``BSP_LED_Off()`` with the
+LED's number, which other calls have shown.
 """
 
 from __future__ import annotations

@@ -32,8 +32,7 @@ class LabCall:
 def never_called(image: FirmwareImage, calls: Iterable[LabCall]) -> Iterator[tuple[LabCall, Diagnosis]]:
     """Yield the functions that the program defines and never calls, in the order of ``calls``.
 
-    A function counts as called if any instruction or word of the image has its address. Without debug information,
-    nothing is found.
+    A function is called if any instruction or word of the image has its address. Debug information is needed.
     """
     symbols = image.symbols
     if symbols is None:

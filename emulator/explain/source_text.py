@@ -15,9 +15,9 @@ SOURCE_SUFFIXES: Final = frozenset({".c", ".h", ".cc", ".cpp", ".cxx", ".hpp", "
 
 
 def source_text(image: FirmwareImage, line: SourceLine | None) -> str:
-    """Return a source line as text, or a remark if the source has changed since the build; "" without the file.
+    """Return a source line, or a remark if the source has changed since the build; "" without the file.
 
-    Only source files in the folder of the ELF file are read, because its debug information may name any file.
+    Only files in the ELF file's folder are read, because debug information may name any file.
     """
     if line is None:
         return ""

@@ -1,8 +1,7 @@
 """Wrong extremes: variables that should keep the largest or smallest value so far.
 
-The variables are found in the RAM: a word that has the right values after every pose is the variable of a step. The
-words beside them belong to the steps that are missing. Such a word is explained by a rule, "if v > e then e = w",
-that gives its values after every pose. Its instructions are found by watching the word in another run.
+A word of the RAM with the right value after every pose is the variable of a step; the words beside it belong to the
+missing steps. A rule "if v > e then e = w" explains such a word if it gives all its values.
 """
 
 from __future__ import annotations

@@ -123,10 +123,9 @@ def _outputs(
 def explained_run(
     firmware: str | Path, rubric: Rubric, limits: Limits, wrong: Sequence[ExpectField] | None = None
 ) -> list[Diagnosis]:
-    """Return the wrong formula behind wrong numbers of a run, by the formulas of a rubric; [] if none is found.
+    """Return the wrong formula behind wrong numbers of a run, or [].
 
-    A number is explained if a check of the rubric that students see has the same number. ``wrong``: the numbers to
-    explain; None: all that the program prints.
+    ``wrong``: the numbers to explain, which must be in visible checks of the rubric; None: all that the program prints.
     """
     if rubric.explain is None:
         return []
