@@ -1,4 +1,4 @@
-"""The changes of the LEDs' pins, with the registers and the stack of the firmware that made them."""
+"""The changes of the LEDs' pins, with the firmware's registers and stack."""
 
 from __future__ import annotations
 

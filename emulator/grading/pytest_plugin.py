@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> None:
-    """Report a failed test with the wrong formula, if one explains the numbers that the firmware prints."""
+    """Report a failed test with the wrong formula behind its firmware's numbers."""
     if call.when != "call" or call.excinfo is None or call.excinfo.errisinstance(pytest.skip.Exception):
         return
     board: Any = getattr(item, "funcargs", {}).get("board")
@@ -26,7 +26,7 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
 
 
 def wrong_formula(board: Board) -> str:
-    """Return the explanation of the numbers that a board's compiled firmware prints, or ""."""
+    """Return the explanation of the firmware's printed numbers, or ""."""
     from fcu_emulator.emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY
     from fcu_emulator.emulator.grading.explained import explained_run
     from fcu_emulator.emulator.grading.rubric import load_rubric, rubric_of
