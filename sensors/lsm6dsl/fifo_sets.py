@@ -187,9 +187,10 @@ def violations(mem: bytearray) -> dict[tuple[str, str], bool]:
         ("reserved-fifo-rate", "FIFO_CTRL5.ODR_FIFO above 10"): FIFO_CTRL5.ODR_FIFO.get(ctrl5) >= len(ODR_HZ),
         ("fifo-temperature", "FIFO_CTRL2.FIFO_TEMP_EN needs TIMER_PEDO_FIFO_EN = 0"): on
         and ctrl2 & both == both,
-        ("fifo-high-data", "FIFO_CTRL4.ONLY_HIGH_DATA needs the gyroscope in the FIFO, without the accelerometer"): on
-        and bool(ctrl4 & FIFO_CTRL4.ONLY_HIGH_DATA.mask)
-        and mixed,
+        (
+            "fifo-high-data",
+            "FIFO_CTRL4.ONLY_HIGH_DATA needs the gyroscope in the FIFO, without the accelerometer",
+        ): on and bool(ctrl4 & FIFO_CTRL4.ONLY_HIGH_DATA.mask) and mixed,
         ("fifo-watermark", "FIFO_CTRL4.STOP_ON_FTH needs a watermark"): on
         and bool(ctrl4 & FIFO_CTRL4.STOP_ON_FTH.mask)
         and unlimited,

@@ -245,6 +245,7 @@ def status(board: Board) -> messages.StatusEvent:
         run=1,
         firmware="",
         file="",
+        sources={},
         wiring=board.booted.wiring.name,
         scenario="",
         question="",
