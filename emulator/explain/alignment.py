@@ -7,6 +7,7 @@ register alone proves nothing, because compilers fuse and move operations.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
@@ -26,6 +27,7 @@ from fcu_emulator.emulator.explain.expression import (
     Samples,
     children,
     names,
+    number,
     simplified,
     with_children,
 )
@@ -96,8 +98,9 @@ class Alignment:
         self._search = search
         self._poses = poses
         self._evaluator = Evaluator({}, next(iter(inputs.values())).shape[0])
+        self._first_pose: dict[str, float] = {}
         self._tried = 0
-        self._dependents: dict[tuple[int, str, str], tuple[Formulas, list[str]]] = {}
+        self._dependents: dict[tuple[int, str, str], tuple[Formulas, list[tuple[str, Node]]]] = {}
 
     def agrees(self, output: str, printed: PrintedNumbers) -> bool:
         """Return whether the lab's formulas give the printed numbers."""
@@ -141,6 +144,7 @@ class Alignment:
         evaluator.values = dict(self._inputs)
         for name, formula in formulas.items():
             evaluator.values[name] = evaluator(formula)
+        self._first_pose = {name: float(one[0, -self._poses]) for name, one in evaluator.values.items()}
         return dict(evaluator.values)
 
     def _last(self, samples: Samples) -> Samples:
@@ -283,7 +287,7 @@ class Alignment:
 
             def off(value: float, formula: Callable[[float], Node] = formula) -> float:
                 self._tried += 1
-                return float(self._changed(formulas, name, formula(value), output)[0, -self._poses] - wanted)
+                return self._in_first_pose(formulas, name, formula(value), output) - float(wanted)
 
             value = _root(off, usual)
             if value is not None and self._gives(formulas, name, formula(value), output, printed):
@@ -316,21 +320,40 @@ class Alignment:
         self, formulas: Formulas, name: str, computed: Node, output: str, printed: PrintedNumbers
     ) -> bool:
         self._tried += 1
+        value, shown = self._in_first_pose(formulas, name, computed, output), float(printed.values[0])
+        loosest = 2 * _LOOSE * (1 + abs(value)) + printed.resolution  # beyond the tolerance of every fit
+        if math.isfinite(shown) and not abs(value - shown) <= loosest:
+            return False
         return self._fits(self._changed(formulas, name, computed, output), printed)
+
+    def _in_first_pose(self, formulas: Formulas, name: str, computed: Node, output: str) -> float:
+        """Return an output with another formula of one step in the first logged pose."""
+        values = dict(self._first_pose)
+        for step, formula in ((name, computed), *self._later(formulas, name, output)):
+            value = number(formula, values)
+            if value is None:
+                return float(self._changed(formulas, name, computed, output)[0, -self._poses])
+            values[step] = value
+        return values[output]
 
     def _changed(self, formulas: Formulas, name: str, computed: Node, output: str) -> Samples:
         """Return an output with another formula of one step."""
         evaluator = self._evaluator
         kept = dict(evaluator.values)
         evaluator.values[name] = evaluator(computed)
-        key = id(formulas), name, output
-        if key not in self._dependents:  # the formulas are kept, so that other objects do not get the same id
-            self._dependents[key] = formulas, _dependents(formulas, name, output)
-        for other in self._dependents[key][1]:
-            evaluator.values[other] = evaluator(formulas[other])
+        for other, formula in self._later(formulas, name, output):
+            evaluator.values[other] = evaluator(formula)
         result = evaluator.values[output]
         evaluator.values = kept
         return result
+
+    def _later(self, formulas: Formulas, name: str, output: str) -> list[tuple[str, Node]]:
+        """Return an output's steps that depend on a step, in order, with their formulas."""
+        key = id(formulas), name, output
+        if key not in self._dependents:  # the formulas are kept, so that other objects do not get the same id
+            steps = _dependents(formulas, name, output)
+            self._dependents[key] = formulas, [(one, formulas[one]) for one in steps]
+        return self._dependents[key][1]
 
     def _is_known(self, samples: Samples) -> bool:
         """Return whether another step has these values."""

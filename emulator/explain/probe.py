@@ -54,7 +54,7 @@ _START_UP_S: Final = 0.002
 """Time after which the start-up code has set the variables."""
 _START_S: Final = 2.3
 """Time until the first read of the firmware after its start."""
-_SETTLE_S: Final = 0.3
+_SETTLE_S: Final = 0.2
 _WORD, _PC = 4, 15
 _READ_S: Final = 0.1
 """Longer than the period of the slowest sensor's reads."""
@@ -132,7 +132,7 @@ def uses_of(firmware: str | Path, words: Collection[int], limits: Limits) -> Map
         board.run_for(_START_S)
         for pose in (*PAST, *POSES):
             _put(board, pose)
-            board.run_for(_SETTLE_S)
+            board.run_for(_READ_S)
     board.close()
     return uses
 
@@ -147,20 +147,20 @@ def _run(
     seen: _Bytes = {}
     memory = _start(board)
     _watched_run(board, seen, _START_S)
-    with ValueLog(core, own_code(image)) as log:
-        for pose in (*PAST, *POSES):
-            _put(board, pose)
-            board.run_for(_SETTLE_S)
-            _watched_run(board, seen, _READ_S)
-            memory.append(_ram(core))
-            for name, register in inputs.items():
-                read[name].append(_number(seen, register))
-            if pose in POSES:
-                log.take()
-                printed = board.terminal.position
+    log = ValueLog(core, own_code(image))
+    for pose in (*PAST, *POSES):
+        _put(board, pose)
+        board.run_for(_SETTLE_S)
+        _watched_run(board, seen, _READ_S)
+        memory.append(_ram(core))
+        for name, register in inputs.items():
+            read[name].append(_number(seen, register))
+        if pose in POSES:
+            printed = board.terminal.position
+            with log:
                 board.run_for(_LOGGED_S)
-                logs.append(log.take())
-                lines.append(_complete_lines(board, printed))
+            logs.append(log.take())
+            lines.append(_complete_lines(board, printed))
     return read, logs, lines, memory
 
 
