@@ -1,4 +1,4 @@
-"""Each mistake of a student is explained as in docs/mistakes.md, and correct programs get no explanation.
+"""Each mistake of a student is explained as in mistakes/messages.md, and correct programs get no explanation.
 
 With FCU_ALL_STUDENTS=1 each program is built with and without optimisation, and the correct programs run through all
 scenarios, which takes a quarter of an hour. Otherwise each program is built one way, and half of the scenarios are
@@ -8,6 +8,7 @@ run.
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -65,7 +66,7 @@ def both_ways(names: Iterable[str]) -> list[tuple[str, str]]:
 
 @needs_compiler
 @pytest.mark.parametrize(("name", "optimisation"), both_ways(MISTAKES))
-def test_mistake_is_explained_as_on_page(name: str, optimisation: str, folder: Path) -> None:
+def test_mistake_is_explained_as_in_messages(name: str, optimisation: str, folder: Path) -> None:
     program = MISTAKES[name]
     words = "\n".join(explanations(program, build(program, optimisation, folder)))
 
@@ -106,13 +107,30 @@ def test_done_exercise_has_no_wrong_numbers(run: str, done: int, folder: Path) -
     assert [str(one) for one in explain(board, recorder) if one.kind == "numbers"] == []
 
 
-def test_page_shows_all_mistakes() -> None:
+def test_messages_show_all_mistakes() -> None:
     shown = {name.removesuffix("_O0") for name in student_programs.examples()}
 
     assert shown == set(MISTAKES)
     assert all(student_programs.examples().values())
     assert len(shown) >= 30
     assert len(VARIANTS) >= 12
+
+
+def test_guide_lists_message_of_each_mistake() -> None:
+    guide = student_programs.GUIDE.read_text(encoding="utf-8")
+    first_lines = [
+        text.split("\n")[0] for name, text in student_programs.examples().items() if not name.endswith("_O0")
+    ]
+
+    assert [line for line in first_lines if f"| `{line}` |" not in guide] == []
+
+
+def test_whole_messages_in_guide_are_known() -> None:
+    guide = student_programs.GUIDE.read_text(encoding="utf-8")
+    shown = re.findall(r"^The whole message for .*:\n\n```text\n(.*?)\n```$", guide, re.DOTALL | re.MULTILINE)
+
+    assert len(shown) >= 5
+    assert set(shown) <= set(student_programs.examples().values())
 
 
 @needs_compiler

@@ -3,7 +3,7 @@
 The objects of the unchanged program are built once for each optimisation and bus and copied, so that a program only
 costs the compilation of its changes.
 
-``python -m tests.support.arm.student_programs`` writes the texts in docs/mistakes.md again.
+``python -m tests.support.arm.student_programs`` writes the texts in tests/arm/mistakes/messages.md again.
 """
 
 from __future__ import annotations
@@ -139,7 +139,8 @@ def without_numbers(text: str) -> str:
     return re.sub(r"(?<![\w.:])-?(?:0x[0-9A-F]+|\d+(?:\.\d+)?)", "#", text)
 
 
-PAGE = Path(__file__).parents[3] / "docs" / "mistakes.md"
+PAGE = FOLDER / "messages.md"
+GUIDE = Path(__file__).parents[3] / "docs" / "mistakes.md"
 EXAMPLE = re.compile(r"^<!-- (\w+) -->\n```text\n(.*?)\n```$", re.DOTALL | re.MULTILINE)
 
 
