@@ -99,6 +99,7 @@ class Alignment:
         self._poses = poses
         self._evaluator = Evaluator({}, next(iter(inputs.values())).shape[0])
         self._first_pose: dict[str, float] = {}
+        """Values of inputs and steps in the first logged pose."""
         self._tried = 0
         self._dependents: dict[tuple[int, str, str], tuple[Formulas, list[tuple[str, Node]]]] = {}
 
@@ -170,6 +171,15 @@ class Alignment:
         with np.errstate(all="ignore"):
             near = np.abs(printed.values - last[0]) <= tolerance + printed.resolution
         return bool(np.where(finite, near, ~np.isfinite(printed.values)).all())
+
+    def _may_fit(self, value: float, printed: PrintedNumbers) -> bool:
+        """Return False if a value in the first logged pose excludes that :meth:`_fits` returns True.
+
+        The limit is twice the largest tolerance, because library functions differ in the last bits.
+        """
+        shown = float(printed.values[0])
+        limit = 2 * (_LOOSE * abs(value) + _LOOSE) + printed.resolution
+        return not math.isfinite(shown) or abs(value - shown) <= limit
 
     # -- the search -------------------------------------------------------------------------------------
 
@@ -320,11 +330,10 @@ class Alignment:
         self, formulas: Formulas, name: str, computed: Node, output: str, printed: PrintedNumbers
     ) -> bool:
         self._tried += 1
-        value, shown = self._in_first_pose(formulas, name, computed, output), float(printed.values[0])
-        loosest = 2 * _LOOSE * (1 + abs(value)) + printed.resolution  # beyond the tolerance of every fit
-        if math.isfinite(shown) and not abs(value - shown) <= loosest:
-            return False
-        return self._fits(self._changed(formulas, name, computed, output), printed)
+        value = self._in_first_pose(formulas, name, computed, output)
+        return self._may_fit(value, printed) and self._fits(
+            self._changed(formulas, name, computed, output), printed
+        )
 
     def _in_first_pose(self, formulas: Formulas, name: str, computed: Node, output: str) -> float:
         """Return an output with another formula of one step in the first logged pose."""

@@ -11,7 +11,7 @@ import math
 import operator
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Final, TypeAlias
+from typing import Any, Final, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -26,50 +26,48 @@ _TOLERANCE: Final = 4.0
 _LONGEST: Final = 500
 _MOST_NODES: Final = 100
 
-FUNCTIONS: Final[Mapping[str, Callable[..., Any]]] = {
-    "sin": np.sin,
-    "cos": np.cos,
-    "tan": np.tan,
-    "asin": np.arcsin,
-    "acos": np.arccos,
-    "atan": np.arctan,
-    "atan2": np.arctan2,
-    "sqrt": np.sqrt,
-    "cbrt": np.cbrt,
-    "abs": np.abs,
-    "log": np.log,
-    "exp": np.exp,
-    "trunc": np.trunc,
-    "min": np.minimum,
-    "max": np.maximum,
-    "largest": lambda samples: np.maximum.accumulate(samples, axis=1),
-    "smallest": lambda samples: np.minimum.accumulate(samples, axis=1),
-    "first": lambda samples: np.repeat(samples[:, :1], samples.shape[1], axis=1),
+
+class Function(NamedTuple):
+    """A function of formulas."""
+
+    of_samples: Callable[..., Any]
+    of_numbers: Callable[..., float] | None
+    """The same for the numbers of one pose; None: the function uses earlier poses."""
+    arguments: int = 1
+    is_exact: bool = False
+    """Whether the result has no rounding error."""
+
+
+FUNCTIONS: Final[Mapping[str, Function]] = {
+    "sin": Function(np.sin, math.sin),
+    "cos": Function(np.cos, math.cos),
+    "tan": Function(np.tan, math.tan),
+    "asin": Function(np.arcsin, math.asin),
+    "acos": Function(np.arccos, math.acos),
+    "atan": Function(np.arctan, math.atan),
+    "atan2": Function(np.arctan2, math.atan2, arguments=2),
+    "sqrt": Function(np.sqrt, math.sqrt),
+    "cbrt": Function(np.cbrt, math.cbrt),
+    "abs": Function(np.abs, abs, is_exact=True),
+    "log": Function(np.log, math.log),
+    "exp": Function(np.exp, math.exp),
+    "trunc": Function(np.trunc, math.trunc, is_exact=True),
+    "min": Function(np.minimum, min, arguments=2, is_exact=True),
+    "max": Function(np.maximum, max, arguments=2, is_exact=True),
+    "largest": Function(lambda samples: np.maximum.accumulate(samples, axis=1), None, is_exact=True),
+    "smallest": Function(lambda samples: np.minimum.accumulate(samples, axis=1), None, is_exact=True),
+    "first": Function(
+        lambda samples: np.repeat(samples[:, :1], samples.shape[1], axis=1), None, is_exact=True
+    ),
 }
 """``largest``, ``smallest`` and ``first`` use all values since the beginning."""
-_NUMBER_FUNCTIONS: Final[Mapping[str, Callable[..., float]]] = {
-    **{name: getattr(math, name) for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt")},
-    **{name: getattr(math, name) for name in ("cbrt", "log", "exp")},
-    "abs": abs,
-    "trunc": lambda value: float(math.trunc(value)),
-    "min": min,
-    "max": max,
-}
-_NUMBER_OPERATORS: Final[Mapping[str, Callable[[float, float], float]]] = {
-    "+": operator.add,
-    "-": operator.sub,
-    "*": operator.mul,
-    "/": operator.truediv,
-    "**": math.pow,
-}
-_EXACT: Final = frozenset({"trunc", "abs", "min", "max", "largest", "smallest", "first"})
-_ARGUMENTS: Final = {"atan2": 2, "min": 2, "max": 2}
-_OPERATORS: Final[Mapping[type[ast.operator], tuple[str, Callable[..., Any]]]] = {
-    ast.Add: ("+", np.add),
-    ast.Sub: ("-", np.subtract),
-    ast.Mult: ("*", np.multiply),
-    ast.Div: ("/", np.divide),
-    ast.Pow: ("**", np.power),
+_SIGNS: Final = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Pow: "**"}
+_OPERATORS: Final[Mapping[str, Function]] = {
+    "+": Function(np.add, operator.add),
+    "-": Function(np.subtract, operator.sub),
+    "*": Function(np.multiply, operator.mul),
+    "/": Function(np.divide, operator.truediv),
+    "**": Function(np.power, math.pow),
 }
 CONSTANTS: Final = {"pi": math.pi}
 
@@ -142,10 +140,10 @@ def _node(node: ast.expr) -> Node:
             return Number(float(value))
         case ast.UnaryOp(op=ast.USub(), operand=operand):
             return Negative(_node(operand))
-        case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATORS:
-            return Operation(_OPERATORS[type(op)][0], _node(left), _node(right))
+        case ast.BinOp(left=left, op=op, right=right) if type(op) in _SIGNS:
+            return Operation(_SIGNS[type(op)], _node(left), _node(right))
         case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]) if name in FUNCTIONS:
-            count = _ARGUMENTS.get(name, 1)
+            count = FUNCTIONS[name].arguments
             if len(arguments) != count:
                 raise FormulaError(f"{name}() must have {count} arguments, not {len(arguments)}")
             return FunctionCall(name, tuple(map(_node, arguments)))
@@ -238,10 +236,9 @@ def _operation_text(node: Operation, above: int) -> str:
 
 
 def number(node: Node, values: Mapping[str, float]) -> float | None:
-    """Return a formula's value in one pose, without rounding errors.
+    """Return a formula's value in one pose, without rounding errors; much faster than :class:`Evaluator`.
 
-    It is much faster than :class:`Evaluator`. None: the formula needs the values of other poses, or it is undefined for
-    these values.
+    None: the formula needs the values of other poses, or is undefined for these values.
     """
     try:
         return _number(node, values)
@@ -257,10 +254,13 @@ def _number(node: Node, values: Mapping[str, float]) -> float:
             return values[name]
         case Negative(operand=operand):
             return -_number(operand, values)
-        case FunctionCall(function=function, arguments=arguments):
-            return _NUMBER_FUNCTIONS[function](*(_number(one, values) for one in arguments))
-        case Operation(operator=sign, left=left, right=right):
-            return _NUMBER_OPERATORS[sign](_number(left, values), _number(right, values))
+        case FunctionCall(function=name):
+            apply = FUNCTIONS[name].of_numbers
+        case Operation(operator=sign):
+            apply = _OPERATORS[sign].of_numbers
+    if apply is None:
+        raise ValueError("the formula needs the values of other poses")
+    return float(apply(*(_number(one, values) for one in children(node))))
 
 
 class Evaluator:
@@ -295,11 +295,11 @@ class Evaluator:
             case Negative(operand=operand):
                 return np.negative(self._value(operand))
             case FunctionCall(function=function, arguments=arguments):
-                result: Samples = FUNCTIONS[function](*map(self._value, arguments))
-                return result if function in _EXACT else self._rounded(result)
-            case Operation(operator=operator, left=left, right=right):
-                apply = next(one for sign, one in _OPERATORS.values() if sign == operator)
-                return self._rounded(apply(self._value(left), self._value(right)))
+                applied = FUNCTIONS[function]
+                result: Samples = applied.of_samples(*map(self._value, arguments))
+                return result if applied.is_exact else self._rounded(result)
+            case Operation(operator=sign, left=left, right=right):
+                return self._rounded(_OPERATORS[sign].of_samples(self._value(left), self._value(right)))
 
     def _rounded(self, samples: Samples) -> Samples:
         self._next = (self._next + 1) % len(self._noise)

@@ -55,6 +55,7 @@ _START_UP_S: Final = 0.002
 _START_S: Final = 2.3
 """Time until the first read of the firmware after its start."""
 _SETTLE_S: Final = 0.2
+"""Long enough for two samples of a sensor at 10 Hz."""
 _WORD, _PC = 4, 15
 _READ_S: Final = 0.1
 """Longer than the period of the slowest sensor's reads."""
@@ -125,14 +126,14 @@ def uses_of(firmware: str | Path, words: Collection[int], limits: Limits) -> Map
             if address < word + _WORD and word < address + size:
                 (use.stores if is_store else use.loads)[core.register(_PC)] += 1
 
-    core.on_access = note
-    core.watch_memory(min(words) - _WORD, max(words) + _WORD)
     with suppress(FirmwareError):
         _start(board)
         board.run_for(_START_S)
+        core.on_access = note
+        core.watch_memory(min(words) - _WORD, max(words) + _WORD)
         for pose in (*PAST, *POSES):
             _put(board, pose)
-            board.run_for(_READ_S)
+            board.run_for(_SETTLE_S)
     board.close()
     return uses
 

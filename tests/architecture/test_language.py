@@ -20,7 +20,7 @@ import pytest
 from fcu_emulator.emulator.chip import native
 
 ROOT = Path(__file__).parents[2]
-GENERATED = {"decisions.md", "mistakes.md"}
+GENERATED = {"decisions.md"}
 PRODUCT = ("emulator", "sensors", "firmware_model", "fcu_emulator")
 PATTERNS = {
     "a clause in place of a noun": (

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from fcu_emulator.emulator.explain.edits import edits
 from fcu_emulator.emulator.explain.expression import (
+    FUNCTIONS,
     Evaluator,
     FormulaError,
     FunctionCall,
@@ -20,6 +21,7 @@ from fcu_emulator.emulator.explain.expression import (
     Number,
     Operation,
     names,
+    number,
     parse,
     simplified,
     text,
@@ -66,6 +68,28 @@ def test_printed_formula_has_same_value(node: Node) -> None:
     except (ZeroDivisionError, OverflowError):
         return
     assert value(node) == pytest.approx(expected, nan_ok=True)
+
+
+@given(nodes())
+def test_number_of_one_pose_is_evaluators(node: Node) -> None:
+    """A formula that is undefined for the values has no number."""
+    one = number(node, VALUES)
+    if one is not None and math.isfinite(one):
+        assert one == pytest.approx(value(node), rel=1e-9)
+    elif one is None:
+        assert not math.isfinite(value(node))
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_function_of_one_pose_is_that_of_samples(name: str) -> None:
+    arguments = tuple(map(Number, (0.75, -2.5)[: FUNCTIONS[name].arguments]))
+    one = number(FunctionCall(name, arguments), {})
+
+    assert (
+        one is None
+        if name in ("largest", "smallest", "first")
+        else one == pytest.approx(value(FunctionCall(name, arguments)))
+    )
 
 
 @given(nodes())

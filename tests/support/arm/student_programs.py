@@ -3,7 +3,8 @@
 The objects of the unchanged program are built once for each optimisation and bus and copied, so that a program only
 costs the compilation of its changes.
 
-``python -m tests.support.arm.student_programs`` writes the texts in tests/arm/mistakes/messages.md again.
+``python -m tests.support.arm.student_programs`` writes the messages in
+tests/arm/mistakes/messages.md and docs/mistakes.md again.
 """
 
 from __future__ import annotations
@@ -139,19 +140,21 @@ def without_numbers(text: str) -> str:
     return re.sub(r"(?<![\w.:])-?(?:0x[0-9A-F]+|\d+(?:\.\d+)?)", "#", text)
 
 
-PAGE = FOLDER / "messages.md"
+MESSAGES = FOLDER / "messages.md"
 GUIDE = Path(__file__).parents[3] / "docs" / "mistakes.md"
+"""The guide has the first line of each message, and some whole messages."""
 EXAMPLE = re.compile(r"^<!-- (\w+) -->\n```text\n(.*?)\n```$", re.DOTALL | re.MULTILINE)
 
 
 def examples() -> dict[str, str]:
-    """Return the texts of the page about mistakes, by the name of the mistake; ``_O0`` if both builds differ."""
-    return dict(EXAMPLE.findall(PAGE.read_text(encoding="utf-8")))
+    """Return the messages by the name of the mistake; ``_O0`` if both builds differ."""
+    return dict(EXAMPLE.findall(MESSAGES.read_text(encoding="utf-8")))
 
 
-def _rewrite_page(names: Sequence[str]) -> None:
-    """Write the blocks of the page again. They must be read before they are kept."""
-    text = PAGE.read_text(encoding="utf-8")
+def _rewrite_messages(names: Sequence[str]) -> None:
+    """Write the messages again, also in the guide. They must be read before they are kept."""
+    messages, guide = (path.read_text(encoding="utf-8") for path in (MESSAGES, GUIDE))
+    known = examples()
     into = Path(mkdtemp())
     every = programs("mistakes.toml")
     for program in [every[name] for name in names or every]:
@@ -165,12 +168,18 @@ def _rewrite_page(names: Sequence[str]) -> None:
             blocks[f"{program.name}_O0"] = words["O0"]
         for name, block in blocks.items():
             assert block, f"{name} is not explained in scenario {program.scenario}"
-            there = re.compile(rf"^<!-- {name} -->\n```text\n.*?\n```$", re.DOTALL | re.MULTILINE)
-            assert there.search(text), f"{PAGE.name} has no block {name}"
-            shown = f"<!-- {name} -->\n```text\n{block}\n```"
-            text = there.sub(lambda _, shown=shown: shown, text)  # type: ignore[misc]
-    PAGE.write_text(text, encoding="utf-8")
+            assert name in known, f"{MESSAGES.name} has no block {name}"
+            begin = f"<!-- {name} -->\n```text\n"
+            messages = messages.replace(f"{begin}{known[name]}\n```", f"{begin}{block}\n```")
+            guide = guide.replace(f"\n{known[name]}\n```", f"\n{block}\n```")
+            guide = guide.replace(f"| `{_first(known[name])}` |", f"| `{_first(block)}` |")
+    MESSAGES.write_text(messages, encoding="utf-8")
+    GUIDE.write_text(guide, encoding="utf-8")
+
+
+def _first(message: str) -> str:
+    return message.partition("\n")[0]
 
 
 if __name__ == "__main__":
-    _rewrite_page(sys.argv[1:])
+    _rewrite_messages(sys.argv[1:])
