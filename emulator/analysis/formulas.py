@@ -162,37 +162,37 @@ def _tilt(field: str) -> tuple[Formula, list[Formula], str]:
     wrong = [
         Formula(
             lambda row: _deg(math.atan2(up(row), root(row) ** 2)),
-            f"{field} is as without sqrt(), or with a wrong root",
+            f"{field} fits the formula without sqrt(), or with a wrong root",
             f"The sum of the squares needs its root: {text}.",
         ),
         Formula(
             lambda row: _deg(math.atan2(up(row), root(row, own))),
-            f"{field} is as with {name} in the root of its own formula",
+            f"{field} fits a formula with {name} in the root",
             f"The other two axes belong there: {text}.",
         ),
         Formula(
             lambda row: _deg(math.atan2(up(row), math.hypot(row.acc[0], row.acc[1]))),
-            f"{field} is as with Gx and Gy in the root",
+            f"{field} fits the formula with Gx and Gy in the root",
             f"Gz belongs there: {text}.",
         ),
         Formula(
             lambda row: _deg(math.atan2(root(row), up(row))),
-            f"{field} is as with atan2's arguments exchanged",
+            f"{field} fits the formula with atan2's arguments exchanged",
             f"atan2(y, x): the numerator comes first: {text}.",
         ),
         Formula(
             lambda row: _deg(math.atan2(up(row), row.acc[other] + row.acc[2])),
-            f"{field} is as with a sum in place of the root of the squares",
+            f"{field} fits the formula with a sum in place of the root of the squares",
             text + ".",
         ),
         Formula(
             lambda row: _deg(up(row) / root(row)),
-            f"{field} is as without atan2()",
+            f"{field} fits the formula without atan2()",
             text + ".",
         ),
         Formula(
             lambda row: _deg(_deg(math.atan2(up(row), root(row)))),
-            f"{field} is as converted to degrees twice",
+            f"{field} fits a formula that converts to degrees twice",
             "Convert once, after the sines and cosines of the yaw.",
         ),
     ]
@@ -254,23 +254,23 @@ RIGHT_YAW = Formula(lambda row: _deg(math.atan2(*_yaw(row, _angles(row)))), "", 
 _WRONG_YAW = (
     Formula(
         lambda row: _deg(math.atan2(*_yaw(row, _in_degrees(row)))),
-        "Yaw is as with sin() and cos() of degrees",
+        "Yaw fits the formula with sin() and cos() of degrees",
         "They take radians: convert pitch and roll to degrees after the yaw is computed.",
     ),
     Formula(
         lambda row: _deg(math.atan2(-row.mag[1], row.mag[0])),
-        "Yaw is as without the tilt compensation",
+        "Yaw fits the formula without the tilt compensation",
         f"It is right only while the board is level; use By2 and Bx3: {_LINES}.",
     ),
     Formula(
         lambda row: _deg(math.atan(_ratio(*_yaw(row, _angles(row))))),
-        "Yaw is as with atan() of a quotient, from -90 to 90 degrees",
+        "Yaw fits the formula with atan() of a quotient, from -90 to 90 degrees",
         "atan2(By2, Bx3) knows all four quadrants.",
         period_deg=180.0,
     ),
     Formula(
         lambda row: _deg(math.atan2(*reversed(_yaw(row, _angles(row))))),
-        "Yaw is as with atan2's arguments exchanged",
+        "Yaw fits the formula with atan2's arguments exchanged",
         "yaw = atan2(By2, Bx3): By2 comes first.",
     ),
     Formula(
@@ -280,17 +280,17 @@ _WRONG_YAW = (
     ),
     Formula(
         lambda row: _deg(math.atan2(*_yaw(row, _Angles(_angles(row).roll, _angles(row).pitch)))),
-        "Yaw is as with pitch and roll exchanged in its formulas",
+        "Yaw fits the formula with pitch and roll exchanged in its formulas",
         f"{_LINES}.",
     ),
     Formula(
         lambda row: _deg(math.atan2(*_yaw(row, _Angles(-_angles(row).pitch, _angles(row).roll)))),
-        "Yaw is as with the sign of pitch exchanged",
+        "Yaw fits the formula with the sign of pitch exchanged",
         f"{_LINES}.",
     ),
     Formula(
         lambda row: _deg(math.atan2(*_yaw(row, _Angles(_angles(row).pitch, -_angles(row).roll)))),
-        "Yaw is as with the sign of roll exchanged",
+        "Yaw fits the formula with the sign of roll exchanged",
         f"{_LINES}.",
     ),
 )
@@ -397,13 +397,13 @@ _HIGH_M, _PLAIN_FACTOR = 1.0, 1.15
 def _wrong_altitudes(ratio: Callable[[Block], float], kelvin: float) -> Iterator[Formula]:
     yield Formula(
         lambda row: _height(ratio(row), kelvin, 5.257),
-        "Altitude is as with the exponent 5.257",
+        "Altitude fits the formula with the exponent 5.257",
         f"The exponent is 1 / 5.257: {_ALTITUDE}.",
         _EXPONENT**-2,
     )
     yield Formula(
         lambda row: -_height(1 / ratio(row), kelvin),
-        "Altitude is as with the ratio upside down, or its sign",
+        "Altitude fits the formula with the ratio upside down, or its sign",
         f"The floor's pressure is above the fraction's bar: {_ALTITUDE}.",
     )
     yield Formula(
@@ -423,11 +423,11 @@ def _wrong_altitudes(ratio: Callable[[Block], float], kelvin: float) -> Iterator
     )
     yield Formula(
         lambda row: _height(100 * ratio(row), kelvin),
-        "Altitude is as with one pressure in Pa and the other in hPa",
+        "Altitude fits the formula with one pressure in Pa and the other in hPa",
         "Both are in hPa: neither is multiplied by 100.",
     )
     yield Formula(
         lambda row: _height(ratio(row) / 100, kelvin),
-        "Altitude is as with one pressure in Pa and the other in hPa",
+        "Altitude fits the formula with one pressure in Pa and the other in hPa",
         "Both are in hPa: neither is multiplied by 100.",
     )

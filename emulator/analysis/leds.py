@@ -94,7 +94,7 @@ def _sides(name: str, angle: str, looks: Sequence[_LedCondition]) -> Iterator[Di
             yield Diagnosis(
                 "led",
                 f"{name} is lit when {angle} is beyond {80 * side:+d} degrees, and dark beyond {beyond}",
-                (f"Likely fabsf() is missing: if (fabsf({angle}) > 80) means both sides.",),
+                (f"Likely fabsf() is missing: if (fabsf({angle}) > 80) is true for both signs.",),
                 fatal=False,
             )
     steep_off, steep_on = off[1] + off[-1], on[1] + on[-1]

@@ -206,7 +206,7 @@ def _full_scale(board: Board, group: Group, factor: float) -> tuple[str, ...]:
             name = "CTRL1_XL" if group is ACC else "CTRL2_G"
             return (
                 f"{name} is 0x{register:02X}: full scale +-{scale} {unit}, {right:g} {group.unit}/LSB.",
-                f"The numbers are as with {used:g} {group.unit}/LSB, the factor of +-{other} {unit}.",
+                f"The numbers fit {used:g} {group.unit}/LSB, the factor of +-{other} {unit}.",
             )
     return ()
 

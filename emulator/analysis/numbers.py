@@ -387,7 +387,7 @@ def _of_altitude(rows: Sequence[_Row]) -> Iterator[Change]:
     elif first < -20_000:
         yield Change(
             lambda values, _truth: 0.0 if values[0] < -20_000 else math.inf,
-            "Altitude is as with a pressure of 0 at the floor",
+            "Altitude fits the formula with a pressure of 0 at the floor",
             (
                 "Likely the pressure at the floor is 0: the LPS22HB was read before its first sample.",
                 "Wait for P_DA in its STATUS register (27h), as LPS22HB_WaitForData() does, then read it.",

@@ -131,8 +131,8 @@ def grade(options: GradeOptions) -> ExitCode:
 
     SUBMISSIONS is a folder (or its zip file) with an entry for each student: a folder, a zip file, main.c or
     a built file. Programs that were judged before are not judged again: the same command resumes an
-    interrupted run. Exit code 0: all are judged, or cannot be for a reason in the reports; 4: some could not
-    be judged through no fault of the students.
+    interrupted run. Exit code 0: each is judged, or the reports say why it cannot be; 4: some were not judged,
+    and the students are not the cause.
     """
     from fcu_emulator.emulator.cli.grade import grade as grade_class
 
@@ -179,7 +179,7 @@ def new(directory: Path, bus: str, rubric: str | None) -> None:
 def build(folder: Path) -> None:
     """Build lab3.elf in FOLDER, a project of `fcu new`; default: the current one.
 
-    Gives the same file as make, which is not needed. The compiler may be on the PATH, or in the folder of
+    The file is the same as that of make. You do not need make. The compiler may be on the PATH, or in the folder of
     STM32CubeIDE, of Arm's installer, of xPack or of PlatformIO.
     """
     from fcu_emulator.emulator.cli.build import build_and_say

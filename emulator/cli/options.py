@@ -155,11 +155,13 @@ class MoveOptions:
     )
     pitch: float | None = option("--pitch", type=float, metavar="DEG")
     yaw: float | None = option("--yaw", type=float, metavar="DEG")
-    north: float | None = option("--north", type=float, metavar="METRES", help="Push by this way.")
+    north: float | None = option(
+        "--north", type=float, metavar="METRES", help="Push the board by this distance."
+    )
     east: float | None = option("--east", type=float, metavar="METRES")
     up: float | None = option("--up", type=float, metavar="METRES")
     duration: str | None = option(
-        "--for", metavar="TIME", help="Duration, such as 1s. Default: that of a hand."
+        "--for", metavar="TIME", help="Duration, such as 1s. Default: as long as a hand needs."
     )
     axis: str | None = option(
         "--axis", type=click.Choice(["north", "west", "up"]), help="Direction of tap and shake."

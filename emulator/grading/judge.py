@@ -59,7 +59,7 @@ if TYPE_CHECKING:
 _SLICE_S = 0.25  # virtual time between progress reports
 _NO_WALL_S = 1e12
 _NOT_REPLAYED = frozenset({"expect", "report", "firmware"})
-"""Keys that the rubric's checks and the student's program replace."""
+"""Keys of a scenario that a verdict omits: the rubric has the checks, and the student the firmware."""
 
 
 Program: TypeAlias = str | Path | FirmwareFactory
@@ -85,11 +85,11 @@ def judge(
     progress: Callable[[JudgeProgress], None] | None = None,
     executor: Executor | None = None,
 ) -> Verdict:
-    """Judge a firmware (a file, a shipped one by name, or one in Python) on the board ``seed``.
+    """Judge a firmware on the board with this ``seed``.
 
-    ``exercises``: ids; None for all. ``build_log``: without it, checks of the compiler's output are
-    unjudged. ``executor``: makes runs in parallel, except for firmware in Python. Raises InputError
-    for invalid firmware or an unknown exercise.
+    ``firmware``: a file, the name of a shipped firmware, or a function in Python. ``exercises``: ids; None for all.
+    ``build_log``: without it, checks of the compiler's output are unjudged. ``executor``: makes runs in parallel,
+    except for firmware in Python. Raises InputError for invalid firmware or an unknown exercise.
     """
     wanted = [rubric.exercise(name) for name in exercises] if exercises is not None else rubric.exercises
     digest = firmware_digest(firmware)

@@ -208,7 +208,7 @@ class TcpLink:
             self.address,
             (self._lost_absent, "while no terminal was connected"),
             (self._lost_slow, "because a reader was too slow"),
-            (self._left_unread, "that readers left unread"),
+            (self._left_unread, "that readers did not read"),
         )
         if self._refused:
             lines.append(

@@ -268,7 +268,9 @@ class Resources:
         elements = _elements(pattern)
         self._elements_left -= elements
         if elements > _MAX_ELEMENTS:
-            raise ValueError(f"must repeat at most {_MAX_ELEMENTS} elements, not as {shown(pattern)}")
+            raise ValueError(
+                f"must have at most {_MAX_ELEMENTS} elements, with repetitions, unlike {shown(pattern)}"
+            )
         if self._elements_left < 0:
             raise ValueError(f"exceeds the limit on all patterns with {shown(pattern)}; give fewer patterns")
 

@@ -91,7 +91,9 @@ class ExpectLedFollows(Windowed):
         if self.when is not None and self.when.quantity is None:
             raise ValueError("must have a condition on a quantity, not on a LED")
         if self.when is not None and self.model_fields_set & {"beyond_deg", "margin_deg"}:
-            raise ValueError("must not have beyond_deg or margin_deg beside when; put them into when")
+            raise ValueError(
+                "must not have beyond_deg or margin_deg if it has `when`; write beyond and margin in `when`"
+            )
         return self
 
     @property

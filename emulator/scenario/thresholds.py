@@ -113,7 +113,7 @@ def put_in_place(
     at_ps, height_m = 2 * PS_PER_S, 0.0
     for number, one in enumerate(thresholds):
         if not one.is_angle and any(map(_may_lift, others)):
-            problem = "must not be Altitude if the timeline lifts the board; give each its run"
+            problem = "must not be Altitude if the timeline lifts the board; use another run for it"
             raise ScenarioError(file, f"threshold[{number}].quantity", problem)
         at_ps = begin_ps = at_ps if one.at is None else one.at
         first = len(timeline) + len(added)

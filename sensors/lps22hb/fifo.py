@@ -3,7 +3,8 @@
 FIFO mode stops at the first sample that does not fit. Stream mode overwrites the oldest level. Reads of an
 empty FIFO return the last level again, except in dynamic stream mode.
 
-Decisions where the datasheet is silent or contradicts itself: FIFO mode stops when it is full (against 5.2);
+Decisions where the datasheet is silent or contradicts itself: in FIFO mode, storing stops when the FIFO is full
+(contrary to 5.2);
 STOP_ON_FTH limits every mode to WTM + 1 levels; reading a level clears OVR; mode 101b is bypass. Reading TEMP_OUT_H
 consumes a level.
 """

@@ -35,7 +35,7 @@ linux = pytest.mark.skipif(sys.platform != "linux", reason="limits that only Lin
 INTERRUPTED = 130
 
 
-# -- Whatever ends by itself is as without --isolate --------------------------------------------------------
+# -- A program that ends gives the same result without --isolate -------------------------------------------
 
 
 @pytest.mark.parametrize(

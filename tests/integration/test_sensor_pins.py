@@ -138,7 +138,7 @@ def test_every_part_of_board_reports_its_pin() -> None:
     assert {event.pin for event in board.trace.of(GpioEdge)} == {"LIS2MDL.INT/DRDY"}
 
 
-def test_driven_int2_answers_on_int1() -> None:
+def test_den_input_on_int2_is_signalled_on_int1() -> None:
     """CTRL6_C: level; CTRL9_XL: the accelerometer; CTRL4_C: DEN_DRDY_INT1 (AN5040 4.8)."""
     board = Board(ideal=True)
     edges = wired(board)

@@ -52,7 +52,9 @@ def test_value_depends_on_its_time_alone(starts: list[int], rate_hz: float) -> N
 
 def test_axes_and_boards_wander_by_themselves() -> None:
     correlation = np.corrcoef(wandering(10_000, seeds=2).T)
-    assert np.abs(correlation - np.eye(6)).max() < 0.6  # of what wanders for an hour, three hours say little
+    assert (
+        np.abs(correlation - np.eye(6)).max() < 0.6
+    )  # three hours are short for a drift with a period of an hour
 
 
 @pytest.mark.parametrize(

@@ -55,7 +55,7 @@ def test_both_references_are_compared_with(reference: int) -> None:
     assert [next_source(chip), next_source(chip)] == [0, PH | IA]
 
 
-def test_without_reference_pressure_itself_is_compared() -> None:
+def test_absolute_pressure_is_compared_without_reference() -> None:
     """A REF_P that firmware has written has no effect."""
     chip = measuring(999.0, 1001.0)
     chip.write(REF_P_XL, *(900 * 4096).to_bytes(3, "little"))

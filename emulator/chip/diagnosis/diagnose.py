@@ -125,7 +125,7 @@ def _stack(arm: RunningFirmware, places: Places) -> Diagnosis | None:
                 f"The variables end at 0x{end:08X} and the stack begins at 0x{places.stack_top:08X}; "
                 f"{places.variable(lowest)} was overwritten."
             ),
-            "A deep recursion, or arrays in functions that are too large for the stack.",
+            "The cause is deep recursion, or a local array that is too large for the stack.",
         ),
     )
 

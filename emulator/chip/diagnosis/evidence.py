@@ -30,7 +30,7 @@ def nobody(signals: BoardSignals, bus: I2CBus, address: int) -> Cause:
         if address == known >> 1:
             meant = f"the {name} is at 0x{known:02X}, 0x{known << 1:02X} as HAL address"
             return Cause(
-                f"{short}: the HAL got 0x{known:02X} and needs it shifted left, 0x{known << 1:02X}",
+                f"{short}: the HAL needs the address shifted left, 0x{known << 1:02X}, not 0x{known:02X}",
                 [
                     f"HAL_I2C_Mem_Read and similar functions take the address in 8 bits: {meant} (0x{known:02X} << 1)."
                 ],

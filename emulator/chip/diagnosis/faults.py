@@ -145,9 +145,9 @@ def _of_constant(address: int) -> Cause:
 
 def _of_null(address: int) -> Cause:
     if address >= _NULL_OBJECT:
-        what = f"address 0x{address:08X}: far after a NULL pointer, as with a large index."
+        what = f"address 0x{address:08X}: far above a NULL pointer, probably with a large index."
     elif address:
-        what = f"address 0x{address:08X}: a member of a NULL pointer, {address} bytes after its start."
+        what = f"address 0x{address:08X}: a member of a struct, {address} bytes after a NULL pointer."
     else:
         what = "address 0x00000000: the target of a NULL pointer."
     return Cause(
@@ -181,7 +181,7 @@ def _of_stack(record: FaultRecord, places: Places) -> Cause:
         )
     return Cause(
         "stack overflow",
-        [where, "Endless recursion, or arrays in functions that are too large for the stack."],
+        [where, "The cause is endless recursion, or a local array that is too large for the stack."],
     )
 
 

@@ -114,7 +114,7 @@ def read_sequences(sections: Sections, budget: Budget) -> Iterator[Sequence]:
 def _header(program: Cursor, strings: dict[int, bytes], budget: Budget) -> _LineProgramHeader:
     version = program.unsigned(2)
     if not 2 <= version <= 5:
-        raise DebugInfoError(f"line numbers are of version {version}; 2 to 5 are known")
+        raise DebugInfoError(f"the line table has DWARF version {version}; versions 2 to 5 are supported")
     if version == 5:
         program.skip(2)  # sizes of addresses and segment selectors
     size = program.unsigned(4)

@@ -86,7 +86,7 @@ class Timer(NativePeripheral):
 
 
 def connect_timers(chip: FcuChip) -> dict[str, Timer]:
-    """Return the timers by name; the trace gets late and lost ticks."""
+    """Return the timers by name. They report late and lost ticks to the trace."""
     clock, trace = chip.clock, chip.trace
 
     def late(peripheral: int, wait_ps: int) -> None:

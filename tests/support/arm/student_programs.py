@@ -168,8 +168,13 @@ def _rewrite_messages(names: Sequence[str]) -> None:
             blocks[f"{program.name}_O0"] = words["O0"]
         for name, block in blocks.items():
             assert block, f"{name} is not explained in scenario {program.scenario}"
-            assert name in known, f"{MESSAGES.name} has no block {name}"
             begin = f"<!-- {name} -->\n```text\n"
+            if name not in known and name != program.name:
+                before = f"<!-- {program.name} -->\n```text\n{blocks[program.name]}\n```\n"
+                added = f"{before}\nWithout optimisation:\n\n{begin}{block}\n```\n"
+                messages = messages.replace(before, added)
+                continue
+            assert name in known, f"{MESSAGES.name} has no block {name}"
             messages = messages.replace(f"{begin}{known[name]}\n```", f"{begin}{block}\n```")
             guide = guide.replace(f"\n{known[name]}\n```", f"\n{block}\n```")
             guide = guide.replace(f"| `{_first(known[name])}` |", f"| `{_first(block)}` |")

@@ -150,7 +150,7 @@ void core_send_event(Core *core);
 
 void core_invalidate_code(Core *core, uint32_t address, uint32_t size);
 
-/* -- bus.c: after sync_state() ------------------------------------------------------------------------ */
+/* -- functions of bus.c, after a call of sync_state() -------------------------------------------------- */
 
 /* Return false if the address has no memory; the run then stops on the instruction. size is 1, 2 or 4.
  * Unaligned accesses are split as on the bus. A register access may lower core->limit and discard decoded

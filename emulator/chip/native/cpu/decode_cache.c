@@ -116,8 +116,8 @@ static Insn *emit_condition(BlockBuilder *builder) {
   return condition;
 }
 
-/* Consecutive predicated instructions share one it_mask. A step before the first of them sets it, which
- * may be the IT itself. */
+/* Consecutive predicated instructions share one it_mask. The step before the first of these instructions
+ * sets it_mask; this step may be the IT instruction. */
 static void emit_predicated(BlockBuilder *builder, Insn insn) {
   Insn *before = builder->at - 1;
   if (before->flags & IS_IT) {

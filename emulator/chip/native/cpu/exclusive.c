@@ -1,7 +1,8 @@
 /* LDREX, STREX, TBB and TBH in all sizes (ARMv7-M ARM A5.3.6).
  *
- * Decision: STREX also fails if the word has changed since LDREX read it. The architecture allows it (A3.4.1), the
- * reference engine does it, and it detects stores of an exception handler in between.
+ * Decision: STREX also fails if the word has changed since LDREX read it. The architecture allows
+ * this (A3.4.1), and the reference engine does the same. So STREX also detects a store by an exception handler
+ * between LDREX and STREX.
  */
 #include "cpu/transfers.h"
 

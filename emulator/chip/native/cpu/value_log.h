@@ -1,8 +1,7 @@
 /* ValueLog: the values that watched instructions compute.
  *
- * Before each watched instruction, every register that has changed since the previous watched instruction
- * is logged with the address of that previous instruction. Therefore the result of a call is logged at the
- * call.
+ * Before a watched instruction runs, the changed registers are logged with the address of the previous
+ * watched instruction. Therefore the result of a call is logged at the call.
  */
 #ifndef FCU_VALUE_LOG_H
 #define FCU_VALUE_LOG_H
