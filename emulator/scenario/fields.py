@@ -269,7 +269,7 @@ class Resources:
         self._elements_left -= elements
         if elements > _MAX_ELEMENTS:
             raise ValueError(
-                f"must have at most {_MAX_ELEMENTS} elements, with repetitions, unlike {shown(pattern)}"
+                f"must have at most {_MAX_ELEMENTS} repeated elements, not as many as {shown(pattern)}"
             )
         if self._elements_left < 0:
             raise ValueError(f"exceeds the limit on all patterns with {shown(pattern)}; give fewer patterns")

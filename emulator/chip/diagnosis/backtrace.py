@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from fcu_emulator.emulator.chip.cpu.thumb import Flow, decode
 from fcu_emulator.emulator.chip.image import FirmwareImage
+from fcu_emulator.emulator.chip.image.lines import SourceLine
 from fcu_emulator.emulator.chip.image.symbols import FunctionAt
 from fcu_emulator.emulator.chip.memory_map import FLASH_MEMORY, RAM_MEMORY
 
@@ -53,6 +54,10 @@ class Places:
     def variable(self, address: int) -> str:
         symbol = self._symbols.object_at(address) if self._symbols else None
         return symbol.name if symbol else f"the variable at 0x{address:08X}"
+
+    def definition(self, variable: int) -> SourceLine | None:
+        """Return the line that defines the variable at an address."""
+        return self._symbols.definition_of_variable(variable) if self._symbols else None
 
     def address_of(self, *names: str) -> int | None:
         """Return the first known symbol's address."""

@@ -32,14 +32,15 @@ def read_once(core: Core, places: Places, loop: frozenset[int]) -> Cause | None:
     variable = next(filter(None, seen), None)
     if variable is None:
         return None
-    name = places.variable(variable.address)
+    name, definition = places.variable(variable.address), places.definition(variable.address)
+    where = f" in {definition}" if definition is not None else ""
     return Cause(
         f"{name} is read once, before the loop, and never again: it is not volatile",
         [
             f"{name} was read in {places.place(variable.load)}; the loop itself reads no memory.",
             f"Now {name} is {variable.value}, which would end the loop.",
             "The compiler may keep a variable in a register if this function does not change it.",
-            f"Declare variables volatile that an interrupt changes: volatile ... {name};",
+            f"If an interrupt changes {name}, declare it volatile{where}: volatile ... {name};",
             "Without optimisation (-O0) the same program happens to work.",
         ],
     )
