@@ -43,6 +43,25 @@ def test_log_contains_printed_angle() -> None:
     assert np.any(values["float32"] == np.float32(pitch))
 
 
+def test_interrupted_calls_have_their_results() -> None:
+    """The timer interrupts PRINTF; the argument of its callback in R0 is not the result of the call."""
+    board = Board("solution", ideal=True)
+    board.run_for(2.5)
+    assert board.chip is not None
+    symbols = board.chip.image.symbols
+    assert symbols is not None
+    main = symbols.function_at(symbols.address_of("main"))
+    assert main is not None
+    with ValueLog(board.chip.chip.core, ranges(board)) as log:
+        board.run_for(1.0)
+        values = log.take()
+    in_main = (values["address"] >= main.start) & (values["address"] < main.start + main.size)
+    of_r0 = values[in_main & (values["number"] == 0)]
+
+    assert len(of_r0) > 10
+    assert symbols.address_of("htim9") not in of_r0["value"]
+
+
 def test_full_log_counts_lost_values(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fcu_emulator.emulator.chip.cpu.value_log._CAPACITY", 10)
     board = Board("solution", ideal=True)

@@ -21,8 +21,19 @@ FIRST_FLOAT: Final = 13
 """Numbers below this one are R0 to R12; the others are S0 to S31."""
 _CAPACITY: Final = 1 << 17
 _REGISTERS: Final = 45
+_LEVELS: Final = 8
 _LATEST: Final = 1 << 16
 _ADDRESSES: Final = 1 << 17
+
+
+class _Level(ctypes.Structure):
+    """struct ValueLogLevel of value_log.h."""
+
+    _fields_ = (
+        ("exception", ctypes.c_uint32),
+        ("address", ctypes.c_uint32),
+        ("registers", ctypes.c_uint32 * _REGISTERS),
+    )
 
 
 class _Log(ctypes.Structure):
@@ -32,14 +43,15 @@ class _Log(ctypes.Structure):
     capacity: int
     count: int
     lost: int
-    address: int
+    level: int
+    levels: ctypes.Array[_Level]
     keys: ctypes.Array[ctypes.c_uint32]
     counts: ctypes.Array[ctypes.c_uint8]
 
     _fields_ = (
         ("values", ctypes.c_uint64),
-        *((name, ctypes.c_uint32) for name in ("capacity", "count", "lost", "address")),
-        ("registers", ctypes.c_uint32 * _REGISTERS),
+        *((name, ctypes.c_uint32) for name in ("capacity", "count", "lost", "level")),
+        ("levels", _Level * _LEVELS),
         ("keys", ctypes.c_uint32 * _LATEST),
         ("latest", ctypes.c_uint32 * _LATEST),
         ("counts", ctypes.c_uint8 * _ADDRESSES),
@@ -79,8 +91,8 @@ class ValueLog:
     def take(self) -> Values:
         """Return and clear the logged ``VALUE`` records."""
         values = self._values[: self._log.count].copy()
-        self._log.count = self._log.lost = self._log.address = 0
-        for table in (self._log.keys, self._log.counts):
+        self._log.count = self._log.lost = self._log.level = 0
+        for table in (self._log.levels, self._log.keys, self._log.counts):
             ctypes.memset(table, 0, ctypes.sizeof(table))
         return values
 

@@ -8,8 +8,8 @@
 
 enum { CORE_REGISTERS = 13 };
 
-static bool is_repeated(ValueLog *log, uint32_t number, uint32_t value) {
-  uint32_t key = log->address << 6 | number;
+static bool is_repeated(ValueLog *log, uint32_t address, uint32_t number, uint32_t value) {
+  uint32_t key = address << 6 | number;
   uint32_t slot = (key * 2654435761u) >> 16 & (VALUE_LOG_LATEST - 1);
   if (log->keys[slot] == key && log->latest[slot] == value) {
     return true;
@@ -25,9 +25,9 @@ static uint32_t pair_of(const uint32_t *registers, uint32_t number) {
   return first == 0 && other >= CORE_REGISTERS ? 0 : registers[other];
 }
 
-static void add(ValueLog *log, const uint32_t *registers, uint32_t number) {
-  uint8_t *count = &log->counts[log->address >> 1 & (VALUE_LOG_ADDRESSES - 1)];
-  if (*count == VALUE_LOG_MOST || is_repeated(log, number, registers[number])) {
+static void add(ValueLog *log, uint32_t address, const uint32_t *registers, uint32_t number) {
+  uint8_t *count = &log->counts[address >> 1 & (VALUE_LOG_ADDRESSES - 1)];
+  if (*count == VALUE_LOG_MOST || is_repeated(log, address, number, registers[number])) {
     return;
   }
   ++*count;
@@ -36,23 +36,38 @@ static void add(ValueLog *log, const uint32_t *registers, uint32_t number) {
     return;
   }
   LoggedValue *values = (LoggedValue *)(uintptr_t)log->values;
-  values[log->count++] = (LoggedValue){log->address, number, registers[number], pair_of(registers, number)};
+  values[log->count++] = (LoggedValue){address, number, registers[number], pair_of(registers, number)};
+}
+
+/* Return the level of an exception; the levels above it have returned. */
+static ValueLogLevel *level_of(ValueLog *log, uint32_t exception) {
+  for (uint32_t level = log->level + 1; level-- > 0;) {
+    if (log->levels[level].exception == exception) {
+      log->level = level;
+      return &log->levels[level];
+    }
+  }
+  log->level += log->level + 1 < VALUE_LOG_LEVELS;
+  ValueLogLevel *entered = &log->levels[log->level];
+  *entered = (ValueLogLevel){.exception = exception};
+  return entered;
 }
 
 void value_log_add(Core *core, uint32_t address) {
   ValueLog *log = core->value_log;
+  ValueLogLevel *level = level_of(log, core->ipsr);
   uint32_t registers[VALUE_LOG_REGISTERS];
   memcpy(registers, core->r, CORE_REGISTERS * sizeof *registers);
   memcpy(registers + CORE_REGISTERS, core->s, sizeof core->s);
-  if (log->address) {
+  if (level->address) {
     for (uint32_t number = 0; number < VALUE_LOG_REGISTERS; number++) {
-      if (registers[number] != log->registers[number]) {
-        add(log, registers, number);
+      if (registers[number] != level->registers[number]) {
+        add(log, level->address, registers, number);
       }
     }
   }
-  memcpy(log->registers, registers, sizeof registers);
-  log->address = address;
+  memcpy(level->registers, registers, sizeof registers);
+  level->address = address;
 }
 
 void fcu_log_values(Chip *chip, ValueLog *log) { chip->core.value_log = log; }
