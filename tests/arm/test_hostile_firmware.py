@@ -70,7 +70,7 @@ def test_every_address_may_be_accessed(access: str, tmp_path: Path) -> None:
     assert len(board.trace) < 100
 
 
-def test_number_of_notes_is_limited_if_all_registers_are_read(tmp_path: Path, words: Words) -> None:
+def test_reading_every_register_limits_notes(tmp_path: Path, words: Words) -> None:
     """RM0368 table 1: 131072 words from 0x40000000, of which most are not registers."""
     source = f"""
     reset: {EVERY_CLOCK_AND_INTERRUPT}

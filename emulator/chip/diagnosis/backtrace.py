@@ -9,13 +9,15 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Container, Iterator
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from fcu_emulator.emulator.chip.cpu.thumb import Flow, decode
 from fcu_emulator.emulator.chip.image import FirmwareImage
-from fcu_emulator.emulator.chip.image.lines import SourceLine
 from fcu_emulator.emulator.chip.image.symbols import FunctionAt
 from fcu_emulator.emulator.chip.memory_map import FLASH_MEMORY, RAM_MEMORY
+
+if TYPE_CHECKING:
+    from fcu_emulator.emulator.chip.image.lines import SourceLine
 
 ReadWord = Callable[[int], int | None]
 ReadCode = Callable[[int, int], "memoryview[int] | None"]
