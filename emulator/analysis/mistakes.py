@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Protocol, TypeVar
 
 from fcu_emulator.emulator.analysis.calibration import calibration_hint
 from fcu_emulator.emulator.analysis.field import MAG, field_hint
@@ -40,6 +41,17 @@ _READ = "ReadSensorRawData"
 _DIVISION = "an integer division"
 
 
+class _HasData(Protocol):
+    @property
+    def kind(self) -> str: ...
+
+    @property
+    def data(self) -> Mapping[str, str]: ...
+
+
+_Cause = TypeVar("_Cause", bound=_HasData)
+
+
 def explain(board: Board, recorder: TruthRecorder, after_failure: bool = False) -> list[Diagnosis]:
     """Return the firmware's problems in this run.
 
@@ -60,6 +72,16 @@ def explain(board: Board, recorder: TruthRecorder, after_failure: bool = False) 
         judged += _numbers(board, lines, where)
     judged = [*_exclusive_or(board, lines), *judged]
     return [*found, *judged, *not_numbers, *led_hints(board, recorder)]
+
+
+def without_explained(causes: Iterable[_Cause], formulas: Iterable[Diagnosis]) -> list[_Cause]:
+    """Return the causes without comparisons of numbers with the truth that ``formulas`` explain."""
+    explained = {field for one in formulas for field in _fields(one)}
+    return [one for one in causes if one.kind != "numbers" or explained.isdisjoint(_fields(one))]
+
+
+def _fields(cause: _HasData) -> list[str]:
+    return cause.data["fields"].split(", ") if "fields" in cause.data else []
 
 
 class _Where:
@@ -145,7 +167,8 @@ def _numbers(board: Board, lines: Sequence[LabLine], where: _Where) -> Iterator[
         unit = MAG.unit if found.line.label == MAG.label else group.unit
         details = _shown(found.line), f"The truth is {truth} {unit}.", *sentences
         summary = f"{where.printed(found.line)}{found.summary}"
-        yield Diagnosis("numbers", summary, details, fatal=False)
+        data = {"fields": ", ".join(group.fields)}
+        yield Diagnosis("numbers", summary, details, fatal=False, data=data)
 
 
 def _hint(board: Board, lines: Sequence[LabLine], group: Group) -> Hint | None:

@@ -413,7 +413,8 @@ class _Screen:
         advice = self._rubric.exercise(name).next
         causes = self._causes(name)
         if causes or not advice or self._is_written(name, advice):
-            advice = "Fix the problems above, starting with the first, then check again."
+            places = (f"{one.data['file']}:{one.data['line']}" for one in causes if "line" in one.data)
+            advice = f"Fix the problems above, starting with {next(places, 'the first')}, then check again."
         yield paint("Next", "heading")
         yield from wrapped(f"  {advice}", hang=0)
         commands = [(f"{again} --exercise {name}{seed}", "check again")]

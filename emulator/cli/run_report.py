@@ -219,12 +219,16 @@ class Explainer:
 
         ``explain_wrong``: explains wrong numbers, if the firmware runs and gets samples.
         """
-        from fcu_emulator.emulator.analysis.mistakes import explain  # late imports let runs start sooner
+        from fcu_emulator.emulator.analysis.mistakes import (
+            explain,
+            without_explained,
+        )  # late: runs start sooner
         from fcu_emulator.emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY
 
         found = explain(self._board, self.recorder)
         if not any(one.fatal or one.kind in KEEPS_SAMPLES_AWAY for one in found):
-            found = [*explain_wrong(), *found]
+            formulas = explain_wrong()
+            found = [*formulas, *without_explained(found, formulas)]
         self.diagnoses += found
         for diagnosis in found:
             if not diagnosis.fatal:

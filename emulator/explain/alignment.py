@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -289,26 +289,44 @@ class Alignment:
     def _with_constant(
         self, formulas: Formulas, name: str, output: str, printed: PrintedNumbers
     ) -> Mistake | None:
-        """Find a constant, factor or summand that gives the printed numbers."""
-        wanted = printed.values[0]
-        for usual, formula in constants(formulas[name]):
-            if self._tried > _MOST_TRIED or not np.isfinite(wanted):
-                return None
-
-            def off(value: float, formula: Callable[[float], Node] = formula) -> float:
-                self._tried += 1
-                return self._in_first_pose(formulas, name, formula(value), output) - float(wanted)
-
-            value = _root(off, usual)
-            if value is not None and self._gives(formulas, name, formula(value), output, printed):
-                exact = self._mistake(formulas, name, formula(value), output)
-                rounded = (formula(float(f"{value:.{digits}g}")) for digits in _DIGITS)
-                short = next(
-                    (one for one in rounded if self._gives(formulas, name, one, output, printed)),
-                    formula(value),
-                )
-                return replace(exact, computed=simplified(short))
+        """Find a constant, factor or summand that gives the printed numbers, with the fewest digits."""
+        for kind in constants(formulas[name]):
+            found = [
+                one
+                for usual, formula in kind
+                if (one := self._constant(formulas, name, usual, formula, output, printed)) is not None
+            ]
+            if found:
+                _, computed = min(found, key=lambda one: one[0])
+                return self._mistake(formulas, name, computed, output)
         return None
+
+    def _constant(
+        self,
+        formulas: Formulas,
+        name: str,
+        usual: float,
+        formula: Callable[[float], Node],
+        output: str,
+        printed: PrintedNumbers,
+    ) -> tuple[int, Node] | None:
+        """Return the digits of a constant that gives the printed numbers, and the formula with it."""
+        wanted = float(printed.values[0])
+        if self._tried > _MOST_TRIED or not math.isfinite(wanted):
+            return None
+
+        def off(value: float) -> float:
+            self._tried += 1
+            return self._in_first_pose(formulas, name, formula(value), output) - wanted
+
+        value = _root(off, usual)
+        if value is None or not self._gives(formulas, name, formula(value), output, printed):
+            return None
+        for digits in _DIGITS:
+            rounded = formula(float(f"{value:.{digits}g}"))
+            if self._gives(formulas, name, rounded, output, printed):
+                return digits, rounded
+        return _DIGITS.stop, formula(value)
 
     def _candidates_in_log(self, formulas: Formulas, name: str) -> list[Mistake]:
         self._values(formulas)

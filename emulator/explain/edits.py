@@ -157,13 +157,13 @@ def _usual_factor(node: Node) -> Iterator[Node]:
         yield from (Operation("/", node, Number(factor)) for factor in _FACTORS)
 
 
-def constants(formula: Node) -> Iterator[tuple[float, Callable[[float], Node]]]:
-    """Yield the usual value and the formula for each place of an unknown constant.
+def constants(formula: Node) -> Iterator[list[tuple[float, Callable[[float], Node]]]]:
+    """Yield the usual values and the formulas for all places of an unknown constant, by kind, the likely kinds first.
 
-    The unknown replaces a number, or replaces, multiplies or increases an operand.
+    The unknown replaces a number, replaces an operand, or multiplies or increases it.
     """
     for edit in (_other_number, _a_number, _scaled):
-        yield from _places(formula, edit, lambda changed: changed)
+        yield list(_places(formula, edit, lambda changed: changed))
 
 
 _Edit = Callable[[Node], Iterator[tuple[float, Callable[[float], Node]]]]

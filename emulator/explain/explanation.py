@@ -54,10 +54,11 @@ class Arithmetic:
 
 @dataclass(frozen=True)
 class ShownNumber:
-    """A printed number of a failed check, and its step."""
+    """A printed number of a failed check, and its step. ``field``: its name, such as ``ACC.x``."""
 
     check: str
     step: str
+    field: str
     number_format: NumberFormat
 
 
@@ -93,14 +94,14 @@ def first_of(explanations: Sequence[Explanation]) -> list[Diagnosis]:
     """Return the first mistake's diagnosis, which names the other steps."""
     if not explanations:
         return []
-    first, *others = explanations
-    if not others:
-        return [first.diagnosis]
-    steps = dict.fromkeys(one.mistake.step for one in others if one.mistake.step != first.mistake.step)
-    if not steps:
-        return [first.diagnosis]
-    more = f"Also different from the lab: {', '.join(steps)}."
-    return [replace(first.diagnosis, details=(*first.diagnosis.details, more))]
+    first = explanations[0]
+    details = first.diagnosis.details
+    steps = dict.fromkeys(one.mistake.step for one in explanations if one.mistake.step != first.mistake.step)
+    if steps:
+        details = *details, f"Also different from the lab: {', '.join(steps)}."
+    fields = dict.fromkeys(one.diagnosis.data["fields"] for one in explanations)
+    data = {**first.diagnosis.data, "fields": ", ".join(fields)}
+    return [replace(first.diagnosis, details=details, data=data)]
 
 
 class _Explainer:
@@ -216,7 +217,13 @@ class _Explainer:
             *self._part(mistake, place),
             f"At {attitude} this gives {_number(mistake.actual[pose])} in place of {_number(mistake.expected[pose])}.",
         )
-        data = {"step": step, "computed": computed, "formula": text(mistake.formula), **self._line(site)}
+        data = {
+            "step": step,
+            "computed": computed,
+            "formula": text(mistake.formula),
+            "fields": output.field,
+            **self._line(site),
+        }
         return Explanation(
             output.check, mistake, Diagnosis("formula", summary, details, fatal=False, data=data)
         )
@@ -283,7 +290,12 @@ class _Explainer:
             f"The lab sets {state.step} to {right.assigned} if {right.compared} {right.operator} {right.limit}.",
             f"After some motion it is {_number(state.actual[-1])} in place of {_number(state.expected[-1])}.",
         )
-        data = {"step": state.step, "variable": state.variable, **self._line(site)}
+        data = {
+            "step": state.step,
+            "variable": state.variable,
+            "fields": output.field,
+            **self._line(site),
+        }
         return Explanation(
             output.check, state, Diagnosis("formula", summary, details, fatal=False, data=data)
         )

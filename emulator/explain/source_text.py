@@ -38,4 +38,5 @@ def _line(file: Path, number: int) -> str:
         return ""
     lines = file.read_text(encoding="utf-8", errors="replace").splitlines()
     text = lines[number - 1].strip() if 0 < number <= len(lines) else ""
-    return f"{file.name}:{number}: {visible(text)[:_LONGEST]}" if text else ""
+    is_statement = any(map(str.isalnum, text))  # not the brace at a function's end
+    return f"{file.name}:{number}: {visible(text)[:_LONGEST]}" if is_statement else ""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from fcu_emulator.emulator.analysis.mistakes import without_explained
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.assembly.firmware import choose
 from fcu_emulator.emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY, Diagnosis
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fcu_emulator.emulator.chip.firmware import Limits
-    from fcu_emulator.emulator.explain.explanation import ShownNumber
+    from fcu_emulator.emulator.explain.explanation import Explanation, ShownNumber
 
 
 def explained(
@@ -50,35 +51,32 @@ def _explained(
 ) -> list[RunEvidence]:
     if rubric.explain is None or callable(firmware):
         return list(evidence)
+    missing = _missing_calls(firmware, rubric, results)
+    explained_by_calls = {check for checks, _ in missing for check in checks}
     outputs: dict[str, list[ShownNumber]] = {}
     for one in evidence:
         kinds = {cause.kind for cause in one.causes}
         if one.stopped or kinds & KEEPS_SAMPLES_AWAY or any(cause.fatal for cause in one.causes):
             continue
         outputs[one.run] = [
-            output for exercise in one.exercises for output in _outputs(rubric, exercise, one.run, results)
+            output
+            for exercise in one.exercises
+            for output in _outputs(rubric, exercise, one.run, results)
+            if output.check not in explained_by_calls
         ]
     wanted = [output for every in outputs.values() for output in every]
-    if not wanted:
-        return _with_missing_calls(evidence, firmware, rubric, results)
-    from fcu_emulator.emulator.explain.explanation import explain_numbers, first_of
+    found: list[Explanation] = []
+    if wanted:
+        from fcu_emulator.emulator.explain.explanation import explain_numbers
 
-    found = explain_numbers(firmware, rubric.explain.arithmetic(), wanted, limits)
-    changed = []
-    for one in evidence:
-        checks = {output.check for output in outputs.get(one.run, [])}
-        here = first_of([each for each in found if each.check in checks])
-        changed.append(one.model_copy(update={"causes": (*map(cause_of, here), *one.causes)}))
-    return _with_missing_calls(changed, firmware, rubric, results)
+        found = explain_numbers(firmware, rubric.explain.arithmetic(), wanted, limits)
+    return [_with_causes(one, missing, found, outputs.get(one.run, ())) for one in evidence]
 
 
-def _with_missing_calls(
-    evidence: Sequence[RunEvidence],
-    firmware: str | Path,
-    rubric: Rubric,
-    results: Mapping[str, CheckResult],
-) -> list[RunEvidence]:
-    """Return the evidence with the functions that the program has but does not call, first."""
+def _missing_calls(
+    firmware: str | Path, rubric: Rubric, results: Mapping[str, CheckResult]
+) -> list[tuple[frozenset[str], Diagnosis]]:
+    """Return failed checks with the function that the program has for them and does not call."""
     from fcu_emulator.emulator.explain.calls import never_called
 
     assert rubric.explain is not None
@@ -88,16 +86,33 @@ def _with_missing_calls(
         if one.outcome in ("failed", "partial") and one.visibility == "always"
     }
     image = choose(Board.description, firmware, None).image if failed else None
-    missing = never_called(image, rubric.explain.calls()) if image is not None else ()
-    found = [(call, each) for call, each in missing if call.checks & failed]
-    changed = []
-    for one in evidence:
-        exercises = tuple(f"{exercise}." for exercise in one.exercises)
-        here = [
-            each for call, each in found if any(name.startswith(exercises) for name in call.checks & failed)
-        ]
-        changed.append(one.model_copy(update={"causes": (*map(cause_of, here), *one.causes)}))
-    return changed
+    if image is None:
+        return []
+    return [
+        (call.checks & failed, one)
+        for call, one in never_called(image, rubric.explain.calls())
+        if call.checks & failed
+    ]
+
+
+def _with_causes(
+    evidence: RunEvidence,
+    missing: Sequence[tuple[frozenset[str], Diagnosis]],
+    found: Sequence[Explanation],
+    outputs: Sequence[ShownNumber],
+) -> RunEvidence:
+    """Return the evidence with missing calls and wrong formulas first.
+
+    A formula replaces the causes that only compare its numbers with the truth.
+    """
+    from fcu_emulator.emulator.explain.explanation import first_of
+
+    exercises = tuple(f"{one}." for one in evidence.exercises)
+    calls = [one for names, one in missing if any(name.startswith(exercises) for name in names)]
+    checks = {output.check for output in outputs}
+    formulas = first_of([one for one in found if one.check in checks])
+    others = without_explained(evidence.causes, [one.diagnosis for one in found])
+    return evidence.model_copy(update={"causes": (*map(cause_of, (*calls, *formulas)), *others)})
 
 
 def _outputs(
@@ -117,7 +132,7 @@ def _outputs(
             continue
         fields = [one for one in check.expect if isinstance(one, ExpectField)]
         for step, number in zip(rubric.explain.shows.get(name, ()), fields, strict=False):
-            yield ShownNumber(name, step, number.number_format())
+            yield ShownNumber(name, step, number.title, number.number_format())
 
 
 def explained_run(
@@ -139,7 +154,7 @@ def explained_run(
             fields = [one for one in check.expect if isinstance(one, ExpectField)]
             for step, field in zip(rubric.explain.shows.get(name, ()), fields, strict=False):
                 if check.visible == "always" and (numbers is None or field.title in numbers):
-                    outputs.setdefault(step, ShownNumber(name, step, field.number_format()))
+                    outputs.setdefault(step, ShownNumber(name, step, field.title, field.number_format()))
     found = (
         explain_numbers(firmware, rubric.explain.arithmetic(), outputs.values(), limits) if outputs else []
     )

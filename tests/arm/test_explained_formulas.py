@@ -57,7 +57,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def explained(elf: str | Path) -> list[Explanation]:
     rubric = load_rubric("lab3")
     assert rubric.explain is not None
-    outputs = [ShownNumber("check", step, NamedFormat(name)) for step, name in SHOWN.items()]
+    outputs = [ShownNumber("check", step, step, NamedFormat(name)) for step, name in SHOWN.items()]
     return explain_numbers(elf, rubric.explain.arithmetic(), outputs, Limits())
 
 

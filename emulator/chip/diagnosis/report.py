@@ -46,8 +46,8 @@ class Diagnosis:
     at_ps: int | None = None
     """The time of the failure, if known."""
     data: Mapping[str, str] = field(default_factory=dict, hash=False)
-    """The parts of the summary by name, for programs: for a formula ``file``, ``line``, ``step``, ``computed`` and
-    ``formula`` (of the lab).
+    """The parts of the summary by name, for programs: for a formula ``file``, ``line``, ``step``, ``computed``,
+    ``formula`` (of the lab) and ``fields`` (the printed numbers that it explains).
     """
 
     def __str__(self) -> str:
