@@ -1,7 +1,7 @@
 """``fcu check``: show which exercises are done, and details of the next one.
 
-Decision: if a problem stops main() or the samples, it is shown before the failed checks, without
-their hints, because these would distract from it.
+Decision: problems that the diagnosis finds are shown before the failed checks, because their places help most. If a
+problem stops main() or the samples, the hints of the checks are left out, because they would distract from it.
 """
 
 from __future__ import annotations
@@ -302,6 +302,11 @@ class _Screen:
             for cause in first:
                 yield from _cause(cause)
             yield ""
+        if besides:
+            yield paint(f"Exercise {name}: diagnosis", "heading")
+            for cause in besides:
+                yield from _cause(cause)
+            yield ""
         yield paint(f"Exercise {name}: failed checks", "heading")
         for check in wrong[:_CHECKS_SHOWN]:
             yield from _check(check, self._hints(check) if self._hints_are_shown(causes) else [])
@@ -312,11 +317,6 @@ class _Screen:
         for check in checks:
             if check.outcome == "unjudged":
                 yield from wrapped(f"  Not judged: {check.title}: {check.unjudged_because}", hang=0)
-        if besides:
-            yield ""
-            yield paint(f"Exercise {name}: diagnosis", "heading")
-            for cause in besides:
-                yield from _cause(cause)
 
     def _causes(self, name: str) -> list[DiagnosedCause]:
         """Return the failed runs' diagnoses, fatal ones first."""

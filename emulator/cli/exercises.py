@@ -21,7 +21,7 @@ from fcu_emulator.emulator.text import visible
 
 _LONGEST_S = 600.0  # wall time
 _MOST_CAUSES = 2
-_MOST_DETAILS = 4  # of one cause
+_MOST_DETAILS = 5  # of one cause
 
 
 class LabExercises:
@@ -136,6 +136,12 @@ def _causes(verdict: Verdict) -> list[dict[str, Any]]:
     failed = [one for one in verdict.checks if one.max_points and one.outcome != "passed"]
     worst_first = relevant_causes(causes, failed)[:_MOST_CAUSES]
     return [
-        {"summary": one.summary, "details": list(one.details[:_MOST_DETAILS]), "fatal": one.fatal}
+        {
+            "kind": one.kind,
+            "summary": one.summary,
+            "details": list(one.details[:_MOST_DETAILS]),
+            "fatal": one.fatal,
+            "data": one.data,
+        }
         for one in worst_first
     ]

@@ -47,7 +47,7 @@ def never_called(image: FirmwareImage, calls: Iterable[LabCall]) -> Iterator[tup
             f"The program has {one.function}(), but no function calls it. The lab calls it in {one.caller}().",
             *_neighbour(image, places, one, [other for other in known if other.caller == one.caller], caller),
         )
-        data = {"function": one.function, "caller": one.caller}
+        data = {"function": one.function, "caller": one.caller, **places.line(caller)}
         yield one, Diagnosis("call", summary, details, fatal=False, data=data)
 
 

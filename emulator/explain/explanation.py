@@ -222,7 +222,7 @@ class _Explainer:
             "computed": computed,
             "formula": text(mistake.formula),
             "fields": output.field,
-            **self._line(site),
+            **self._places.line(site),
         }
         return Explanation(
             output.check, mistake, Diagnosis("formula", summary, details, fatal=False, data=data)
@@ -230,12 +230,6 @@ class _Explainer:
 
     def _place(self, site: int | None) -> str:
         return f"{self._places.place(site)}: " if site is not None else ""
-
-    def _line(self, site: int | None) -> dict[str, str]:
-        """Return file and line of an instruction; {} if they are unknown."""
-        symbols = self._probed.image.symbols
-        line = symbols.line_at(site) if symbols is not None and site is not None else None
-        return {"file": line.file, "line": str(line.line)} if line is not None else {}
 
     def _quoted(self, site: int | None) -> Iterator[str]:
         """Yield the source line of an instruction, if its file is beside the ELF file."""
@@ -294,7 +288,7 @@ class _Explainer:
             "step": state.step,
             "variable": state.variable,
             "fields": output.field,
-            **self._line(site),
+            **self._places.line(site),
         }
         return Explanation(
             output.check, state, Diagnosis("formula", summary, details, fatal=False, data=data)

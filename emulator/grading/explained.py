@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from fcu_emulator.emulator.analysis.mistakes import without_explained
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.assembly.firmware import choose
 from fcu_emulator.emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY, Diagnosis
-from fcu_emulator.emulator.grading.rubric import Rubric
+from fcu_emulator.emulator.grading.rubric import CheckTable, Rubric
 from fcu_emulator.emulator.grading.verdict import CheckResult, DiagnosedCause, RunEvidence
 from fcu_emulator.emulator.scenario.expectations import ExpectField
 
@@ -51,7 +52,12 @@ def _explained(
 ) -> list[RunEvidence]:
     if rubric.explain is None or callable(firmware):
         return list(evidence)
-    missing = _missing_calls(firmware, rubric, results)
+    failed = {
+        name
+        for name, one in results.items()
+        if one.outcome in ("failed", "partial") and one.visibility == "always"
+    }
+    missing = _missing_calls(firmware, rubric, failed)
     explained_by_calls = {check for checks, _ in missing for check in checks}
     outputs: dict[str, list[ShownNumber]] = {}
     for one in evidence:
@@ -74,25 +80,36 @@ def _explained(
 
 
 def _missing_calls(
-    firmware: str | Path, rubric: Rubric, results: Mapping[str, CheckResult]
+    firmware: str | Path, rubric: Rubric, failed: Collection[str]
 ) -> list[tuple[frozenset[str], Diagnosis]]:
     """Return failed checks with the function that the program has for them and does not call."""
     from fcu_emulator.emulator.explain.calls import never_called
 
     assert rubric.explain is not None
-    failed = {
-        name
-        for name, one in results.items()
-        if one.outcome in ("failed", "partial") and one.visibility == "always"
-    }
     image = choose(Board.description, firmware, None).image if failed else None
     if image is None:
         return []
-    return [
-        (call.checks & failed, one)
-        for call, one in never_called(image, rubric.explain.calls())
-        if call.checks & failed
-    ]
+    found = []
+    for call, one in never_called(image, rubric.explain.calls()):
+        wrong = call.checks.intersection(failed)
+        if wrong:
+            titles = (
+                field.title for name, check in _checks(rubric) if name in wrong for field in _numbers(check)
+            )
+            found.append((wrong, replace(one, data={**one.data, "fields": ", ".join(dict.fromkeys(titles))})))
+    return found
+
+
+def _checks(rubric: Rubric) -> Iterator[tuple[str, CheckTable]]:
+    """Yield the checks that a student sees, with their names such as ``3.pitch``."""
+    for exercise in rubric.exercises:
+        for check in exercise.check:
+            if check.visible == "always":
+                yield f"{exercise.id}.{check.id}", check
+
+
+def _numbers(check: CheckTable) -> list[ExpectField]:
+    return [one for one in check.expect if isinstance(one, ExpectField)]
 
 
 def _with_causes(
@@ -103,7 +120,7 @@ def _with_causes(
 ) -> RunEvidence:
     """Return the evidence with missing calls and wrong formulas first.
 
-    A formula replaces the causes that only compare its numbers with the truth.
+    A missing call or a formula replaces the causes that only compare its numbers with the truth.
     """
     from fcu_emulator.emulator.explain.explanation import first_of
 
@@ -111,7 +128,8 @@ def _with_causes(
     calls = [one for names, one in missing if any(name.startswith(exercises) for name in names)]
     checks = {output.check for output in outputs}
     formulas = first_of([one for one in found if one.check in checks])
-    others = without_explained(evidence.causes, [one.diagnosis for one in found])
+    explained = [*calls, *(one.diagnosis for one in found)]
+    others = without_explained(evidence.causes, explained)
     return evidence.model_copy(update={"causes": (*map(cause_of, (*calls, *formulas)), *others)})
 
 
@@ -130,15 +148,14 @@ def _outputs(
             continue
         if result.outcome not in ("failed", "partial") or result.finding != "wrong value":
             continue
-        fields = [one for one in check.expect if isinstance(one, ExpectField)]
-        for step, number in zip(rubric.explain.shows.get(name, ()), fields, strict=False):
+        for step, number in zip(rubric.explain.shows.get(name, ()), _numbers(check), strict=False):
             yield ShownNumber(name, step, number.title, number.number_format())
 
 
 def explained_run(
     firmware: str | Path, rubric: Rubric, limits: Limits, wrong: Sequence[ExpectField] | None = None
 ) -> list[Diagnosis]:
-    """Return the wrong formula behind wrong numbers of a run, or [].
+    """Return the missing calls and the wrong formula behind wrong numbers of a run, or [].
 
     ``wrong``: the numbers to explain, which must be in visible checks of the rubric; None: all that the program prints.
     """
@@ -148,17 +165,19 @@ def explained_run(
 
     numbers = None if wrong is None else {one.title for one in wrong}
     outputs: dict[str, ShownNumber] = {}
-    for exercise in rubric.exercises:
-        for check in exercise.check:
-            name = f"{exercise.id}.{check.id}"
-            fields = [one for one in check.expect if isinstance(one, ExpectField)]
-            for step, field in zip(rubric.explain.shows.get(name, ()), fields, strict=False):
-                if check.visible == "always" and (numbers is None or field.title in numbers):
-                    outputs.setdefault(step, ShownNumber(name, step, field.title, field.number_format()))
-    found = (
-        explain_numbers(firmware, rubric.explain.arithmetic(), outputs.values(), limits) if outputs else []
-    )
-    return first_of(found)
+    failed = set()
+    for name, check in _checks(rubric):
+        fields = _numbers(check)
+        if numbers is not None and any(one.title in numbers for one in fields):
+            failed.add(name)
+        for step, field in zip(rubric.explain.shows.get(name, ()), fields, strict=False):
+            if numbers is None or field.title in numbers:
+                outputs.setdefault(step, ShownNumber(name, step, field.title, field.number_format()))
+    missing = _missing_calls(firmware, rubric, failed)
+    unexplained = failed.difference(*(names for names, _ in missing))
+    wanted = [one for one in outputs.values() if numbers is None or one.check in unexplained]
+    found = explain_numbers(firmware, rubric.explain.arithmetic(), wanted, limits) if wanted else []
+    return [*(one for _, one in missing), *first_of(found)]
 
 
 def cause_of(one: Diagnosis) -> DiagnosedCause:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.assembly.board import Board
@@ -12,6 +12,9 @@ from fcu_emulator.emulator.live import messages, pins, registers, transfers, vie
 from fcu_emulator.emulator.live.messages import SessionEvent
 from fcu_emulator.emulator.live.past import Past
 from fcu_emulator.emulator.scenario.run_view import FORMATS, TRUTH
+
+if TYPE_CHECKING:
+    from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
 
 Publish = Callable[[SessionEvent, object | None], None]
 """``publish(event, client)`` sends to one client, or to all if ``client`` is None."""
@@ -60,6 +63,8 @@ class Broadcast:
         self._line_rest = b""
         self._truth: dict[str, Any] = {}
         self._truth_s = 0.0
+        self.checked: Sequence[Diagnosis] = ()
+        """Problems of this firmware that checks of exercises have found."""
         self._findings: list[dict[str, Any]] = []
         self._verdicts = messages.Verdicts([], False)
         self._registers: dict[str, messages.RegistersEvent] = {}
@@ -246,11 +251,15 @@ class Broadcast:
             self._publish(verdicts, None)
 
     def publish_findings(self) -> None:
-        from fcu_emulator.emulator.analysis.mistakes import explain  # slow import: loads the diagnosis
+        # slow import: loads the diagnosis
+        from fcu_emulator.emulator.analysis.mistakes import explain, without_explained
 
+        seen = {one.summary: one for one in self.checked}
+        for one in without_explained(explain(self._board, self._recorder), self.checked):
+            seen.setdefault(one.summary, one)
         found = [
             {"kind": one.kind, "summary": one.summary, "details": list(one.details), "fatal": one.fatal}
-            for one in explain(self._board, self._recorder)
+            for one in sorted(seen.values(), key=lambda one: not one.fatal)
         ]
         if found != self._findings:
             self._findings = found

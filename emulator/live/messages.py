@@ -259,7 +259,7 @@ class Checked(SessionEvent):
     """Result of judging an exercise.
 
     ``state``: ``checking``, ``done``, ``begun``, ``not yet``, ``unjudged`` or ``error``. ``checks``
-    have title, outcome, expected, seen, hint. ``causes`` have summary, details, fatal.
+    have title, outcome, expected, seen, hint. ``causes`` have kind, summary, details, fatal, data.
     ``outdated``: another firmware has been loaded since.
     """
 

@@ -37,6 +37,7 @@ from fcu_emulator.emulator.scenario.timeline import TimelineAction
 from fcu_emulator.emulator.scenario.toml_writer import parse_entry
 
 if TYPE_CHECKING:
+    from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
     from fcu_emulator.emulator.chip.gdb.server import GdbServer
     from fcu_emulator.emulator.links.control import ControlServer
 
@@ -298,6 +299,7 @@ class LiveSession:
         self.run_number += 1
         self._set_origin()
         self._broadcast = Broadcast(board, self.run_number, self._publish, self._clients, self._origin_wall_s)
+        self._show_checked()
         self._file = setup.watched()
         self._slice_s = _SLICE_S
         self._carried = 0
@@ -323,6 +325,7 @@ class LiveSession:
             return
         if loaded:
             self._checked = {name: replace(one, outdated=True) for name, one in self._checked.items()}
+            self._show_checked()
         for client in self._clients:
             self._greet(client)
         self._publish(messages.Notice("info", why), None)
@@ -403,6 +406,12 @@ class LiveSession:
     def _tell(self, checked: messages.Checked) -> None:
         self._checked[checked.exercise] = checked
         self._publish(checked, None)
+        self._show_checked()
+
+    def _show_checked(self) -> None:
+        """Show the problems that checks have found in the loaded firmware."""
+        valid = (one for one in self._checked.values() if not one.outdated)
+        self._broadcast.checked = [_diagnosis(cause) for one in valid for cause in one.causes]
 
     def answer(self, message: Mapping[str, Any]) -> dict[str, Any]:
         """Answer a request of :attr:`control`. Raises InputError."""
@@ -537,3 +546,10 @@ class _Attach(PageCommand):
 
 class _Detach(PageCommand):
     """A client has disconnected."""
+
+
+def _diagnosis(cause: Mapping[str, Any]) -> Diagnosis:
+    from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis  # slow import
+
+    details = tuple(cause["details"])
+    return Diagnosis(cause["kind"], cause["summary"], details, fatal=cause["fatal"], data=cause["data"])

@@ -167,6 +167,15 @@ class FakeExercises:
         self.closed = True
 
 
+PROBLEM = {
+    "kind": "formula",
+    "summary": "main.c:45: Bx3 is wrong",
+    "details": [],
+    "fatal": False,
+    "data": {"fields": "Yaw"},
+}
+
+
 def checked_page(
     script: list[tuple[float, messages.PageCommand]], end_s: float
 ) -> tuple[Page, FakeExercises]:
@@ -175,7 +184,7 @@ def checked_page(
     def follow(event: SessionEvent) -> None:
         if isinstance(event, messages.State) and event.t_s > 1 and exercises.started and not page.of(Done):
             page.events.append(Done())
-            exercises.wanted.append(Checked("1", "done", 3.0, 3.0))
+            exercises.wanted.append(Checked("1", "done", 3.0, 3.0, causes=[PROBLEM]))
 
     page = Page(Setup("solution", seed=4), script, end_s, on_event=follow, exercises=exercises)
     page.run()
@@ -199,6 +208,14 @@ def test_new_firmware_outdates_result() -> None:
     script = [(0.2, messages.CheckCommand("1")), (1.3, messages.FirmwareCommand("lab3"))]
     page, _ = checked_page(script, 1.5)
     assert [(one.state, one.outdated) for one in page.of(Checked)][-1] == ("done", True)
+
+
+def test_problem_found_by_check_belongs_to_its_firmware() -> None:
+    script = [(0.2, messages.CheckCommand("1")), (5.0, messages.FirmwareCommand("lab3"))]
+    page, _ = checked_page(script, 8.0)
+    shown = [[one["summary"] for one in event.findings] for event in page.of(messages.Findings)]
+    assert [PROBLEM["summary"]] in shown
+    assert shown[-1] == []
 
 
 def test_impossible_check_is_notice() -> None:

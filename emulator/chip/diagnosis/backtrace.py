@@ -53,6 +53,11 @@ class Places:
             return f"{function.name}() + 0x{function.offset:X} (0x{address:08X})"
         return f"{function.name}(), {line}"
 
+    def line(self, address: int | None) -> dict[str, str]:
+        """Return ``file`` and ``line`` of an instruction for a diagnosis' data; {} if they are unknown."""
+        found = self._symbols.line_at(address) if self._symbols and address is not None else None
+        return {"file": found.file, "line": str(found.line)} if found else {}
+
     def variable(self, address: int) -> str:
         symbol = self._symbols.object_at(address) if self._symbols else None
         return symbol.name if symbol else f"the variable at 0x{address:08X}"

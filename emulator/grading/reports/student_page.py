@@ -189,7 +189,7 @@ def _links(evidence: tuple[RunEvidence, ...]) -> Iterator[Html]:
         links: list[Html | str] = []
         for one in evidence:
             links += [", " if links else "", element("a", one.question, href=f"#r-{one.run}")]
-        yield element("p", "Diagnosis: ", *links, class_="quiet")
+        yield element("p", "Runs: ", *links, class_="quiet")
 
 
 def _run(run: RunEvidence, firmware: str) -> Iterator[Html]:
