@@ -308,7 +308,7 @@ class FcuChip:
         self._by_index = list(self.peripherals.values())
         self.read_python: Callable[[int, int], int] = lambda _address, _size: 0
         self.write_python: Callable[[int, int, int], None] = lambda _address, _size, _value: None
-        """Called for writes to registers in Python with address, size and value; reads have no value."""
+        """Called for writes to registers in Python with address, size and value."""
         self.on_ignored_access: Callable[[NativePeripheral, int, int], None] = (
             lambda _peripheral, _offset, _what: None
         )
@@ -438,19 +438,19 @@ class FcuChip:
         self.library.fcu_watch_irqs(self.handle, self.callback(IRQ_CHANGED, changed))
 
     def raise_error(self) -> None:
-        """Raise the exception that a callback has kept."""
+        """Raise the exception of a callback, if there was one."""
         if self._error is not None:
             error, self._error = self._error, None
             self.shared[3] = 0
             raise error
 
     def keep_error(self, error: BaseException) -> None:
-        """Keep ``error``, end the run, and raise it then."""
+        """End the run, and raise ``error`` after it."""
         self._error = self._error or error
         self.shared[3] = 1
 
     def callback(self, kind: Any, function: Callable[..., Any]) -> Any:
-        """Return a callback for C that sets the clock, and keeps exceptions."""
+        """Return a callback for C. It sets the clock, and keeps an exception instead of raising it."""
         clock, enter = self.clock, self.enter
         nothing = 0 if kind._restype_ is not None else None
 

@@ -193,11 +193,11 @@ _WAITING = {
 
 
 def slow_callback(chip: Chip, places: Places) -> Diagnosis | None:
-    """Report the first timer that loses over a tenth of its ticks, or some if its callback waits.
+    """Report the first timer that loses over a tenth of its ticks, or fewer ticks if its callback waits.
 
     The duration of a handler that is too slow is estimated: period * due ticks / handled ticks.
 
-    Decision: a slow timer callback is never called a failure, because a scenario may slow the bus
+    Decision: a slow timer callback never counts as a failure, because a scenario may slow the bus
     down on purpose.
     """
     for timer in chip.timers.values():

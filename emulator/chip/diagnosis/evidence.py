@@ -244,7 +244,7 @@ class PeripheralNotes:
         ]
 
     def cause(self, among: Container[str] | None = None) -> Cause | None:
-        """Return the first peripheral without clock; with ``among``, only one of these names."""
+        """Report the first peripheral without clock; with ``among``, the first one with such a name."""
         for name in self.without_clock():
             if among is not None and name not in among:
                 continue

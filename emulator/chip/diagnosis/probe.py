@@ -1,7 +1,7 @@
 """A test for endless loops, in a copy of the core.
 
-A loop is endless if a state of core and RAM returns while the values that the loop reads stay the
-same. A loop that writes to peripherals, or reads with side effects, does not count as endless.
+A loop is endless if a state of core and RAM occurs again while the values that the loop reads stay
+the same. A loop that writes to peripherals, or reads with side effects, does not count as endless.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ class Probe:
             now = copy.core_state()
             if now == state and bytes(copy.ram) == ram:
                 return self._described(code)
-            if length == compared:  # Brent's algorithm: compare twice as many steps with a newer state
+            if length == compared:  # Brent's algorithm: compare with a newer state, for twice as many steps
                 state, ram = now, bytes(copy.ram)
                 length, compared = 0, 2 * compared
                 code.clear()

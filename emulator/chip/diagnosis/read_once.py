@@ -1,7 +1,7 @@
 """Detection of a variable without ``volatile`` that is read once, before a loop.
 
-A compiler may turn ``while (!ready) {}`` into one load and a loop without reads. This is proved in a
-copy of the core: the variable's present value ends the loop, and another value does not.
+A compiler may turn ``while (!ready) {}`` into one load and a loop without reads. Execution in a copy
+of the core proves it: the variable's present value ends the loop, and another value does not.
 """
 
 from __future__ import annotations

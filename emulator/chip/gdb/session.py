@@ -4,7 +4,7 @@ The answers to errors are E01 for a malformed packet, E02 for an impossible requ
 packet for an unsupported request.
 
 Decision: the Z packets of software and hardware breakpoints have the same effect and do not change
-memory. At most 1000 points can be set.
+memory. At most 1000 breakpoints and watchpoints can be set.
 """
 
 from __future__ import annotations

@@ -96,7 +96,7 @@ def _float(kind: Float, value: Any, name: str) -> bytes:
         raise InputError(f"{name} must be a number, not {value!r}", kind="not_a_number")
     try:
         return struct.pack(_FLOATS[kind.size], value)
-    except OverflowError:  # C gives infinity, too
+    except OverflowError:  # the result is infinity, as in C
         return struct.pack(_FLOATS[kind.size], math.copysign(math.inf, value))
 
 

@@ -233,7 +233,7 @@ class Sections:
         return b"" if header is None else self._unpack_old(self._contents(header, old_style), old_style)
 
     def linked(self, name: str) -> bytes:
-        """Return the section to which a section links, such as a symbol table's strings."""
+        """Return the section to which section ``name`` links, such as a symbol table's strings."""
         header = self._by_name[name.encode()]
         if header.link >= len(self._headers):
             raise DebugInfoError(f"{name} links to section {header.link}, which does not exist")

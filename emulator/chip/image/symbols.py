@@ -1,6 +1,7 @@
 """Names and lines of a program. Damaged parts cause only a note.
 
-Decision: the symbol table is indexed on its first use, in one pass. Runs without a use have no cost.
+Decision: the symbol table is indexed on its first use, in one pass. Runs that never use it have no
+cost.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ class FunctionAt(NamedTuple):
 
 
 class Symbol(NamedTuple):
-    """A function or variable. If this is static, ``file`` is its source file."""
+    """A function or variable. For a static one, ``file`` is its source file."""
 
     name: str
     address: int

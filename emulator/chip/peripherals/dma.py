@@ -1,4 +1,4 @@
-"""The way from the peripherals in Python to DMA1 and DMA2 (native/peripherals/dma.c)."""
+"""Requests of the peripherals in Python to DMA1 and DMA2 (native/peripherals/dma.c)."""
 
 from __future__ import annotations
 

@@ -162,7 +162,7 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
         self._begin(duration_ms * PS_PER_MS)
 
     def _begin(self, duration_ps: int) -> None:
-        """Set BSY. The duration begins when an earlier operation has ended (3.6.1)."""
+        """Set BSY. If an operation is running, the new one begins after it (3.6.1)."""
         begin_ps = self.soc.clock.now_ps
         if self._operation is not None:
             begin_ps = self._until_ps

@@ -1,6 +1,7 @@
 """OTG_FS without a cable (RM0368 section 22.16).
 
-Firmware can reset and configure its core. Transmit FIFOs stay empty, and no interrupt occurs.
+Firmware can reset and configure the core of OTG_FS. Transmit FIFOs stay empty, and no interrupt
+occurs.
 
 NOT MODELLED, with a note: everything that needs a connected host or device.
 """

@@ -45,7 +45,7 @@ class InterruptLines(Protocol):
     """The NVIC's inputs, implemented by the core."""
 
     def set_line(self, number: int, level: bool) -> None:
-        """Set input ``number`` (IRQn). If it is active after its handler, it becomes pending again."""
+        """Set input ``number`` (IRQn). An input that is active after its handler becomes pending again."""
         ...
 
 

@@ -354,7 +354,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         self._update()
 
     def _keep_used_sources(self) -> None:
-        """Keep the oscillator and the PLL on that SYSCLK uses (6.3.1)."""
+        """Do not switch off the oscillator and the PLL that SYSCLK uses (6.3.1)."""
         used = {_SYSCLK_SOURCES[rcc.CFGR.SWS.get(self.registers[CFGR])]}
         if "PLL" in used:
             used.add(self._pll_source())

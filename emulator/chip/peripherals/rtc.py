@@ -1,8 +1,8 @@
 """RTC: calendar, alarms, wake-up timer, backup registers, write protection (RM0368 section 17).
 
-INITF, RSF, WUTWF and ALRxWF are set at once; on the chip this takes two RTC clocks. Invalid dates
-carry over into the next unit. Notes report tamper, time stamp, calibration and 12 hour format as
-not modelled.
+INITF, RSF, WUTWF and ALRxWF are set at once; on the chip this takes two RTC clocks. An invalid date
+carries over into the next unit: 31 June is 1 July. Notes report tamper, time stamp, calibration and
+12 hour format as not modelled.
 """
 
 from __future__ import annotations
@@ -215,7 +215,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
             self._refuse_without_keys(ISR)
 
     def _write_event(self, offset: int, value: int, mask: int) -> None:
-        """Write a register of an alarm or timer that is off, or of any in initialisation mode."""
+        """Write a register of an alarm or timer that is off; in initialisation mode, this does not matter."""
         if self.registers[ISR] & (_BITS_THAT_ALLOW[offset] | _INITF):
             super().write(offset, value, mask)
         else:

@@ -88,7 +88,7 @@ class ConnectedUsarts:
 
 
 def wire_terminal(chip: FcuChip, name: str, pin: PinFunction, baud: int = BAUD) -> None:
-    """Connect a terminal at ``baud`` to a USART's ``pin``. A wrong rate is noted."""
+    """Connect a terminal at ``baud`` to a USART's ``pin``. A note reports a wrong rate."""
     port, number, function = pin
     index = chip.peripherals[name].index
     chip.library.fcu_usart_wire(chip.handle, index, PORTS.index(port), number, function, baud)
