@@ -1,7 +1,7 @@
 """A board as data: pins, sensors, wirings and errors.
 
-Decision: a board is a Python literal, checked by mypy and at construction, because only developers
-write one.
+Decision: a board is a Python literal, which mypy and the constructor check, because only developers
+write boards.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class MountedSensor:
     """A sensor that measures matrix @ vector for a vector in the board's axes.
 
     ``mountings``: matrices by name, the usual one first. ``mounting_key``: the scenario key that
-    selects one.
+    selects a mounting.
     """
 
     part: type[Sensor]
@@ -95,7 +95,7 @@ class CallbackTimer:
 
 @dataclass(frozen=True)
 class AbsentPart:
-    """A part without a model; the trace notes its selection. ``held``: its output levels."""
+    """A part without a model. The trace reports when firmware selects it. ``held``: levels of its outputs."""
 
     name: str
     spi: str
@@ -134,8 +134,8 @@ class Wiring:
 class BoardDescription:
     """One kind of board.
 
-    ``leds``: pins of the LEDs, low while lit. ``motors``: timer and channel of each PWM.
-    ``wirings``: the usual one first. ``built_firmware``: programs in
+    ``leds``: pins of the LEDs; a low level lights an LED. ``motors``: timer and channel of each PWM
+    output. ``wirings``: the usual wiring first. ``built_firmware``: programs in
     :mod:`fcu_emulator.firmware_model.arm`.
     """
 
@@ -203,7 +203,7 @@ class BoardDescription:
 
 @dataclass(frozen=True)
 class SensorSettings:
-    """Deviation of the sensors from ideal ones.
+    """Deviations of the sensors from ideal sensors.
 
     ``figures`` replaces numbers of ``quality``, as in ``{"lps22hb": {"pressure_bias_hpa": 0.5}}``.
     """
@@ -227,8 +227,8 @@ class BoardErrors(PartErrors):
     selects both. Sources: published calibrations of eight other boards, such as Adafruit_AHRS,
     examples/ahrs_fusion_usb, and an ArduPilot autopilot (diydrones.com, "compass calibration always
     above 150"). Half of their offsets exceed 115 mgauss. Their soft iron is 6 % along an axis and
-    2.4 % between axes. The figures here are smaller, because the sensor's errors are drawn
-    separately. The quartz is exact unless ``hse_ppm`` is set.
+    2.4 % between axes. The figures here are smaller, because the errors of the sensor itself are
+    selected separately. The quartz is exact unless ``hse_ppm`` is set.
     """
 
     PART: ClassVar[str] = "board"
@@ -260,7 +260,7 @@ class BoardErrors(PartErrors):
     )
 
     def soft_iron(self) -> Matrix:
-        """Symmetric matrix (3, 3) applied to the outer field."""
+        """Symmetric matrix (3, 3) that is applied to the external field."""
         matrix = np.eye(3) + np.diag(self.soft_iron_percent) / 100.0
         for (row, column), percent in zip(
             ((0, 1), (0, 2), (1, 2)), self.soft_iron_across_percent, strict=True

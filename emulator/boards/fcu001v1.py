@@ -1,8 +1,8 @@
-"""The STEVAL-FCU001V1: an STM32F401CC with LSM6DSL, LIS2MDL and LPS22HB, according to its
-schematic.
+"""The STEVAL-FCU001V1, according to its schematic: an STM32F401CC with LSM6DSL, LIS2MDL and LPS22HB.
 
-Raw values are MOUNTING @ board, because the lab's ``ReadSensorRawData`` has out.X = -raw.Y, out.Y =
-raw.X, out.Z = raw.Z. The real sensors are on SPI2; the lab's slides show I2C2 (wiring ``lab3``).
+Raw values are MOUNTING @ the vector in the board's axes, because the lab's ``ReadSensorRawData``
+has out.X = -raw.Y, out.Y = raw.X, out.Z = raw.Z. On the real board, the sensors are on SPI2; the
+lab's slides show I2C2 (wiring ``lab3``).
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from fcu_emulator.sensors import LIS2MDL, LPS22HB, LSM6DSL
 
 _MOUNTING = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 
-# The axes in the LIS2MDL datasheet (figure 2) are left handed: seen from +Z, Y lies clockwise of X. With
-# this mounting the lab's formula is wrong under tilt.
+# The axes in the LIS2MDL datasheet (figure 2) are left-handed: seen from +Z, Y is clockwise from X. With
+# this mounting, the lab's formula is wrong for a tilted board.
 _LEFT_HANDED = np.diag([1.0, -1.0, 1.0]) @ _MOUNTING
 
 FCU001V1 = BoardDescription(
@@ -49,7 +49,7 @@ FCU001V1 = BoardDescription(
             spi="SPI1",
             chip_select=("B", 0),
             note="the Bluetooth module is absent on the virtual board; firmware continues after its time-outs",
-            held={("A", 4): 0},  # its interrupt
+            held={("A", 4): 0},  # interrupt output
         ),
     ),
     wirings=(

@@ -14,7 +14,7 @@ Arguments and results follow the AAPCS (IHI 0042).
 
 Decision: a copy of the core and its memories executes a function that Python calls, so that the
 board's registers, RAM and peripherals do not change. A function that needs peripherals or time runs
-on the chip, which is then restored. A snapshot around every call is five times as slow.
+on the chip, which is then restored. A snapshot around every call would be five times as slow.
 """
 
 from __future__ import annotations
@@ -39,10 +39,10 @@ if TYPE_CHECKING:
     from fcu_emulator.emulator.chip.image.symbols import Symbols
 
 INSTRUCTIONS: Final = 10_000_000
-"""The limit of a call: a tenth of a second of virtual time."""
+"""The limit of a call: about 0.15 s of virtual time at 84 MHz."""
 TIMEOUT_S: Final = 1.0
 _RETURN: Final = 0x0FFF_FFFE
-"""The copy stops at this return address, because it has no memory there."""
+"""The copy stops at this return address, because no memory has this address."""
 _THUMB_BIT: Final = 1 << 24
 _EXCEPTION: Final = 0x1FF
 _SLICE_PS: Final = PS_PER_MS // 10
@@ -91,7 +91,7 @@ class Frame:
         self.writes.append((self.sp, bytes(self._stack)))
 
     def result(self, core: Sequence[int], floats: Sequence[int], read: Callable[[int, int], bytes]) -> Any:
-        """Return the result; update objects passed by pointer."""
+        """Return the result, and update the objects that were passed by pointer."""
         for passed, value, address in self._passed:
             load_into(passed, value, read(address, passed.size), 0)
         kind = self._result
@@ -103,7 +103,7 @@ class Frame:
         return kind.value(b"".join(word.to_bytes(4, "little") for word in words[:8]), 0)
 
     def _hidden_result(self) -> int | None:
-        """Allocate a result that is too large for registers."""
+        """Allocate memory for a result that is too large for registers, and return the address."""
         kind = self._result
         if not isinstance(kind, Structure | Array) or kind.size <= 4:
             return None
@@ -184,7 +184,7 @@ class Frame:
 
 
 class Scratch:
-    """A copy of core and memories, without effect on the board."""
+    """A copy of the core and its memories. Calls in the copy do not affect the board."""
 
     def __init__(self, core: Core, image: FirmwareImage) -> None:
         self._core = core
@@ -288,7 +288,7 @@ class Scratch:
 
 
 class Caller:
-    """Calls on a board, which ``restoring()`` restores afterwards."""
+    """Calls functions of a board's firmware; ``restoring()`` restores the board afterwards."""
 
     def __init__(
         self,

@@ -31,7 +31,7 @@ def _place(name: str) -> tuple[str, int]:
 
 
 class SystemPeripherals:
-    """The Python peripherals without outside connections. They set ``soc.clocks``."""
+    """The peripherals in Python, without connections to pins and buses. Creation sets ``soc.clocks``."""
 
     def __init__(self, soc: Soc, inputs: AdcInputs | None = None, oscillators: Oscillators = NOMINAL) -> None:
         lines = {number: InterruptInput(soc, number) for number in (0, 4, 5, 18)}
@@ -80,7 +80,7 @@ class Chip:
             if name in signals.i2c:
                 pins = board.i2c[name]
                 ConnectedI2c(self.core, name, signals.i2c[name], (pins.scl, pins.sda))
-            else:  # no device is connected to it
+            else:  # no device is connected to this bus
                 ConnectedI2c(self.core, name, I2CBus(name, signals.clock, signals.trace))
         self.core.power_on(soc, self.system, self.system.rcc.reset_because)
         self.system.flash.connect(self.core.flash, self.core.flash_programmed, self.core.code_changed)

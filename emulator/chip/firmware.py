@@ -46,7 +46,7 @@ class ArmFirmware:
         self.signals = signals
         self.faults = FaultLog(self.chip.core)
         self.limits = Limits()
-        """May be set at any time."""
+        """Limits of the run, which may be set at any time."""
         self._run = LimitedRun(self.chip.core, signals.clock, signals.uart)
 
     @property
@@ -67,7 +67,7 @@ class ArmFirmware:
         return diagnose(self)
 
     def diagnosis_text(self) -> str:
-        """Return the worst problem, or ""."""
+        """Return the worst problem as text, or ""."""
         return str(self.diagnosis() or "")
 
     def findings(self) -> list[Diagnosis]:
@@ -79,11 +79,11 @@ class ArmFirmware:
         return any(peripheral in name for name in self.handled())
 
     def handled(self) -> list[str]:
-        """Return the active exceptions: "HardFault", "TIM1_BRK_TIM9"."""
+        """Return the active exceptions, such as "HardFault" or "TIM1_BRK_TIM9"."""
         return [exception_name(number) for number in bits(self.chip.core.active)]
 
     def variable(self, name: str) -> Any:
-        """Raises SymbolError for an unknown variable."""
+        """Return a variable's value. Raises SymbolError for an unknown variable."""
         if self.image.symbols is None:
             problem = f"{self.image.path} must have symbols for the variable {name!r}"
             raise SymbolError(problem, kind="no_symbols")
@@ -100,7 +100,7 @@ class ArmFirmware:
         return bytes(self.chip.core.flash)
 
     def load_flash(self, contents: bytes) -> None:
-        """Restore the sectors outside the firmware's file, before the run. Raises InputError."""
+        """Before a run, restore the sectors that the firmware's file does not use. Raises InputError."""
         if len(contents) != FLASH_SIZE:
             raise InputError(f"contents of the flash must have {FLASH_SIZE} bytes, not {len(contents)}")
         used = [(segment.address - FLASH, len(segment.data)) for segment in self.image.segments]
@@ -127,7 +127,7 @@ class ArmFirmware:
         return bytes(content)
 
 
-# -- its limits ---------------------------------------------------------------------------------------------
+# -- limits of a run ----------------------------------------------------------------------------------------
 
 
 WORK_PER_S = 400_000_000
@@ -136,7 +136,7 @@ WORK_PER_S = 400_000_000
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits since power-on. Raises InputError for 0 or less."""
+    """Limits, counted since power-on. A limit of 0 or less raises InputError."""
 
     instructions: int = 10**13
     """Executed and skipped instructions: 43 hours of virtual time at 84 MHz."""
@@ -145,12 +145,12 @@ class Limits:
     resets_per_s: int = 1_000
     """Resets in each second of virtual time. The shortest watchdog period is 0.1 ms."""
     wall_s: float = 3600.0
-    """Wall time for running this board, without waiting for real time."""
+    """Wall time in which this board runs. Waiting for real time does not count."""
     trace_bytes: int = LARGEST_FILE
     """Maximum size of a trace file in bytes."""
     work_per_s: int = WORK_PER_S
-    """Executed instructions (or work of the same cost) for each second of virtual time since power-on, plus
-    one second.
+    """Work for each second of virtual time since power-on, plus one second. The unit is the work of one executed
+    instruction.
     """
 
     def __post_init__(self) -> None:
@@ -213,7 +213,7 @@ class LimitedRun:
         self._wall_s = 0.0
 
     def run_until_ps(self, at_ps: int, limits: Limits) -> None:
-        """Run up to and including ``at_ps``, or to a debugger's halt. Raises LimitError."""
+        """Run up to and including ``at_ps``, or until a debugger halts the core. Raises LimitError."""
         clock = self._clock
         while True:
             stop_ps = min(at_ps, clock.now_ps + _CHECK_INTERVAL_PS)

@@ -61,9 +61,9 @@ def _number(text: str) -> NoteValue:
 
 
 NOTE_KINDS: Final = ("forbidden", "not modelled", "refused")
-"""enum NoteKind of peripheral.h."""
+"""In the order of enum NoteKind in peripheral.h."""
 PERIPHERAL_CLASSES: Final[dict[str, type[NativePeripheral]]] = {}
-"""Classes with more functions than :class:`NativePeripheral`, by peripheral name without number."""
+"""Classes with more functions than :class:`NativePeripheral`, by the peripheral's name without its number."""
 
 
 IRQ_CHANGED: Final = ctypes.CFUNCTYPE(None, _i64, _i32, _i32)
@@ -234,7 +234,7 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
     "fcu_i2c_pin": (None, _pointer, _i32, _i32, _i32, _i32, _i32),
     "fcu_i2c_wire": (_pointer, _pointer, _i32),
 }
-"""Types of result and arguments of each function, as in fcu.h."""
+"""Types of the result and the arguments of each function in fcu.h."""
 
 
 _REGISTER_NUMBERS: Final = {
@@ -243,12 +243,12 @@ _REGISTER_NUMBERS: Final = {
         (*CORE[:16], "xpsr", "msp", "psp", *MASKS, "fpscr", *FLOATING_POINT[:32]),
     )
 }
-"""enum Register of state.c."""
+"""Numbers of registers, as in enum Register of state.c."""
 
 
 @cache
 def load() -> Any:
-    """Return the declared library. Raises InputError."""
+    """Return the library with the types of its functions. Raises InputError."""
     library = loader.load()
     for name, (gives, *takes) in _FUNCTIONS.items():
         function = getattr(library, name)
@@ -257,11 +257,11 @@ def load() -> Any:
 
 
 class _ChipOwner:
-    """Its deletion frees the chip in C."""
+    """An object whose deletion frees the chip in C."""
 
 
 class FcuChip:
-    """One chip in C on the board's time. An exception in a callback ends the run."""
+    """One chip in C, which uses the board's clock. An exception in a callback ends the run."""
 
     def __init__(self, clock: Clock, trace: Trace) -> None:
         self.library = load()
@@ -308,7 +308,7 @@ class FcuChip:
         self._by_index = list(self.peripherals.values())
         self.read_python: Callable[[int, int], int] = lambda _address, _size: 0
         self.write_python: Callable[[int, int, int], None] = lambda _address, _size, _value: None
-        """Accesses to registers in Python: ``(address, size)``, ``(address, size, value)``."""
+        """Called for writes to registers in Python with address, size and value."""
         self.on_ignored_access: Callable[[NativePeripheral, int, int], None] = (
             lambda _peripheral, _offset, _what: None
         )
@@ -330,11 +330,11 @@ class FcuChip:
 
     def _memory(self, place: Callable[[Any], int], size: int) -> memoryview[int]:
         buffer = (ctypes.c_uint8 * size).from_address(place(self.handle))
-        vars(buffer)["owner"] = self._owner  # the memory of C is kept as long as this view
+        vars(buffer)["owner"] = self._owner  # C's memory is kept as long as this view exists
         return memoryview(buffer).cast("B")
 
     def memory(self, address: int, size: int) -> memoryview[int] | None:
-        """Return RAM, flash or system memory; None elsewhere."""
+        """Return a view of RAM, flash or system memory; None for other addresses."""
         for base, content in self._memories:
             offset = address - base
             if 0 <= offset <= len(content) - size:
@@ -389,7 +389,7 @@ class FcuChip:
         self.clock.advance_to(at_ps)
 
     def enter(self) -> None:
-        """Pass Python's state to C."""
+        """Pass the time of Python's next event and the settings of the trace to C."""
         shared, trace = self.shared, self.trace
         shared[1], shared[4], shared[7] = self.clock.next_ps, trace.detailed, trace.observed
 
@@ -407,7 +407,10 @@ class FcuChip:
         self.raise_error()
 
     def gate(self, peripherals: int, clocked: int) -> None:
-        """Bit = index of a peripheral."""
+        """Switch the clocks of ``peripherals`` on if they are in ``clocked``, else off.
+
+        Bit n of both masks is the peripheral with index n.
+        """
         self.library.fcu_gate(self.handle, peripherals, clocked)
 
     def gate_python(self, peripheral: Peripheral, clocked: bool) -> None:
@@ -435,19 +438,19 @@ class FcuChip:
         self.library.fcu_watch_irqs(self.handle, self.callback(IRQ_CHANGED, changed))
 
     def raise_error(self) -> None:
-        """Raise a callback's exception."""
+        """Raise the exception of a callback, if there was one."""
         if self._error is not None:
             error, self._error = self._error, None
             self.shared[3] = 0
             raise error
 
     def keep_error(self, error: BaseException) -> None:
-        """Raise ``error`` after the run."""
+        """End the run, and raise ``error`` after it."""
         self._error = self._error or error
         self.shared[3] = 1
 
     def callback(self, kind: Any, function: Callable[..., Any]) -> Any:
-        """Return a callback that sets the clock and never raises."""
+        """Return a callback for C. It sets the clock, and keeps an exception instead of raising it."""
         clock, enter = self.clock, self.enter
         nothing = 0 if kind._restype_ is not None else None
 
@@ -486,13 +489,13 @@ class FcuChip:
             self.trace.add(DeviceNote(self.clock.now_ps, name, NOTE_KINDS[kind], words, problem, data))
 
     def _ignored_access(self, peripheral: int, offset: int, what: int, value: int) -> bool:
-        """Return whether the access was reported, once per register and reason."""
+        """Report an access. If the result is True, C does not report its register and reason again."""
         del value
         self.on_ignored_access(self._by_index[peripheral], offset, what)
         return True
 
     def _fault(self, exception: int, cfsr: int, hfsr: int, address: int) -> None:
-        """Do nothing; :class:`Core` overrides these methods."""
+        """Do nothing; :class:`Core` overrides this method and the next three."""
 
     def _locked_up(self, pc: int) -> None:
         pass

@@ -24,7 +24,7 @@ RAM_BITS: Final = 0x2200_0000
 PERIPHERAL_BITS: Final = 0x4200_0000
 
 PAGE_SHIFT: Final = 10
-"""Two peripherals never share a kilobyte."""
+"""A page has one kilobyte, because two peripherals never share a kilobyte."""
 
 ADDRESSES: Final = {
     "TIM2": (0x4000_0000, 0x400),
@@ -76,7 +76,7 @@ ADDRESSES: Final = {
     "DBGMCU": (0xE004_2000, 0x400),
     "ROM table": (0xE00F_F000, 0x1000),
 }
-"""First address and size, by the manual's name."""
+"""First address and size, by the name in the manual."""
 
 
 class Region(NamedTuple):

@@ -15,7 +15,7 @@ _TARGETS = 8  # TARGETS
 _SYNCED: Final = -1  # POSITION_SYNCED
 _REFUSED: Final = -1  # BANK_REFUSED
 _WORK: Final = 5_000
-"""Work of a train, in units of work.h."""
+"""Work to fill a train of samples, in units of work.h."""
 
 
 class TargetTable(ctypes.Structure):
@@ -31,16 +31,16 @@ class ReadableTarget(Protocol):
     """A sensor at a bus."""
 
     part: Sensor
-    """The sub-address with the bus's increment bit."""
+    """The sensor. Its sub-addresses include the bus's increment bit."""
 
     @property
     def version(self) -> array[int]:
-        """Changes with the sensor's state."""
+        """A number that changes with the sensor's state."""
         ...
 
     @property
     def increment_bit(self) -> int:
-        """The sub-address bit that enables the increment, or 0."""
+        """The bit of a sub-address that enables its increment, or 0."""
         ...
 
     @property
@@ -49,7 +49,7 @@ class ReadableTarget(Protocol):
         ...
 
     def shared_bank(self) -> int | None:
-        """Return the address of registers readable by C, 0 for none; None without an answer."""
+        """Return the address of the registers that C can read, 0 for none; None if the sensor does not answer."""
         ...
 
     def move_to(self, subaddress: int, /) -> None:
@@ -69,7 +69,7 @@ class ReadingChip(Protocol):
 
 
 class Targets:
-    """All targets of a chip."""
+    """All sensors whose registers a chip in C can read."""
 
     def __init__(self, chip: ReadingChip) -> None:
         self._chip = chip
@@ -80,7 +80,7 @@ class Targets:
         self._positions = memoryview((_i64 * _TARGETS).from_address(address)).cast("B").cast("q")
 
     def add(self, target: ReadableTarget) -> int:
-        """Return the index, or -1 without space."""
+        """Return the target's index, or -1 if C cannot take more targets."""
         if target in self._targets:
             return self._targets.index(target)
         version, _ = target.version.buffer_info()

@@ -1,9 +1,9 @@
-"""Interface and common parts of byte links, the other end of the virtual UART.
+"""Interface and common parts of byte links. A byte link is the other end of the virtual UART.
 
-Decision: a link has a call to send and a call to receive, which never block. They are polled every
+Decision: a link has a call to send and a call to receive, which never block. Links are polled every
 10 to 20 ms of wall time, so that a run does not depend on thread scheduling.
 
-Decision: the full queue of a link drops its oldest bytes, not the newest, because a returning user
+Decision: a full queue of a link drops its oldest bytes, not the newest, because a user who returns
 wants the current output.
 """
 
@@ -16,7 +16,7 @@ from typing import Protocol, runtime_checkable
 
 
 class ByteLink(Protocol):
-    """The virtual UART's other end, for one thread. It passes no bytes after ``close``."""
+    """The other end of the virtual UART, for use by one thread. It passes no bytes after ``close``."""
 
     def send(self, data: bytes) -> None:
         """Take ``data`` for the reader without blocking. Count bytes that do not fit as lost."""
@@ -26,7 +26,7 @@ class ByteLink(Protocol):
         ...
 
     def flush(self, timeout_s: float) -> None:
-        """Wait until an attached reader has all bytes, stalls for 2 s, or ``timeout_s`` ends."""
+        """Wait until an attached reader has all bytes or has stalled for 2 s, at most for ``timeout_s``."""
 
     def close(self) -> None:
         """Close the link and remove its files. A second call does nothing."""
@@ -36,7 +36,7 @@ class ByteLink(Protocol):
         ...
 
     def report(self) -> list[str]:
-        """Return one line with number and reasons of lost bytes, if any."""
+        """Return one line with the number of lost bytes and the reasons; [] without lost bytes."""
         ...
 
     def undelivered(self) -> int:
@@ -99,7 +99,7 @@ class MemoryLink:
 
 
 class Backlog:
-    """At most ``limit`` bytes for a reader, not thread-safe."""
+    """A queue of at most ``limit`` bytes for a reader. It is not thread-safe."""
 
     def __init__(self, limit: int) -> None:
         self.limit = limit
@@ -116,7 +116,7 @@ class Backlog:
         return excess
 
     def peek(self, count: int) -> bytes:
-        """Return up to ``count`` oldest bytes."""
+        """Return up to ``count`` of the oldest bytes, which stay in the queue."""
         return bytes(self._bytes[:count])
 
     def drop(self, count: int) -> None:
@@ -136,7 +136,7 @@ STALL_S = 2.0
 
 
 class Patience:
-    """Time limit of a reader: ``timeout_s``, or ``STALL_S`` after its last progress, in seconds."""
+    """Time limit of a reader: ``timeout_s``, or ``STALL_S`` after its latest progress, in seconds."""
 
     def __init__(self, timeout_s: float) -> None:
         now_s = time.monotonic()

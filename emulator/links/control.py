@@ -1,7 +1,7 @@
 """Control of running boards by other ``fcu`` programs of the same user.
 
-A file in the user's runtime folder has port and token. Each line of a client is a JSON object, the
-first with the token.
+A file in the user's runtime folder contains the port and a token. Each line from a client is a JSON
+object; the first one contains the token.
 
 Decision: the control server uses TCP and a token on every system, because Windows needs TCP anyway.
 
@@ -32,7 +32,7 @@ from fcu_emulator.emulator.links.tcp import Coding, Reader
 LONGEST_MESSAGE = 64 * 1024
 MOST_CALLERS = 8
 PATIENCE_S = 10.0
-"""Time limit for an answer, in seconds of wall time. It is long, because slow firmware takes long slices."""
+"""Time limit for an answer, in seconds of wall time. It is long, because slow firmware delays the answer."""
 _LARGEST_FILE = 64 * 1024
 _PATTERN = "board-*.json"
 Message = Mapping[str, Any]
@@ -55,7 +55,7 @@ class RunningBoard:
 
 
 class ControlClient:
-    """A connection to a control server. Raises LinkError if it does not answer."""
+    """A connection to a control server. Raises LinkError if the server does not answer."""
 
     def __init__(self, board: RunningBoard) -> None:
         self._board = board
@@ -78,7 +78,7 @@ class ControlClient:
             raise self._gone(error) from error
 
     def close(self) -> None:
-        """Close the board's connection."""
+        """Close the connection to the board."""
         self._answers.close()
         self._socket.close()
 
@@ -149,7 +149,7 @@ class ControlServer:
 
 
 class _Client:
-    """A client's connection. The token must come first."""
+    """A client's connection. The client must first send the token."""
 
     def __init__(self, connection: socket.socket) -> None:
         self.reader = Reader(connection, Coding())
@@ -172,7 +172,7 @@ class _Client:
     def _reply(
         self, line: bytes, token: str, answer: Callable[[Message], dict[str, Any]]
     ) -> dict[str, Any] | None:
-        """Return the answer, or None without the token."""
+        """Return the answer, or None if the client has not sent the token."""
         try:
             message = _parsed(line)
         except ValueError as error:
@@ -211,7 +211,7 @@ def running_boards() -> list[RunningBoard]:
 
 
 def the_running_board(wanted: str | None = None) -> RunningBoard:
-    """Return the only running board, or that of process ``wanted``. Raises InputError."""
+    """Return the only running board, or the board in process ``wanted``. Raises InputError."""
     boards = running_boards()
     if wanted is not None:
         boards = [one for one in boards if str(one.process) == wanted]

@@ -1,4 +1,4 @@
-"""Link that writes the board's output to a file, without input."""
+"""Link that writes the board's output to a file. The link has no input."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from fcu_emulator.emulator.links.writer import BackgroundWriter
 
 
 class FileLink:
-    """A link to the new or emptied file ``path``.
+    """A link to the file ``path``, which is created or emptied.
 
-    Raises LinkError if the file cannot be opened, or a write could block.
+    Raises LinkError if the file cannot be opened or a write could block.
     """
 
     def __init__(self, path: Path) -> None:

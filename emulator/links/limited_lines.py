@@ -15,7 +15,7 @@ EVERY_S = 10.0
 class LimitedLines:
     """Filter that passes lines to ``say``, escaped and limited in rate. It is not thread-safe.
 
-    The line after omitted lines has their number.
+    The first line after omitted lines gives their number.
     """
 
     def __init__(self, say: Callable[[str], None], clock_s: Callable[[], float] = time.monotonic) -> None:

@@ -115,7 +115,7 @@ def _lock_path(path: Path) -> Path:
 
 
 def _lock(path: Path) -> int | None:
-    """Return a locked file's descriptor, or None if another board holds the lock."""
+    """Lock a file, and return its descriptor, or None if another board has the lock."""
     while True:
         flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
         lock_fd = os.open(path, flags, 0o600)
@@ -126,7 +126,7 @@ def _lock(path: Path) -> int | None:
                 fcntl.flock(lock_fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
             if _is_same_file(lock_fd, path):
                 return lock_fd
-            os.close(lock_fd)  # the last owner removed the file between open and lock: try again
+            os.close(lock_fd)  # the previous owner removed the file between open and lock: try again
         except BlockingIOError:
             os.close(lock_fd)
             return None

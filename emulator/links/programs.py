@@ -1,4 +1,4 @@
-"""Shell-quoted commands that open a link with this system's terminal programs."""
+"""Commands, quoted for the shell, that open a link with this system's terminal programs."""
 
 from __future__ import annotations
 

@@ -3,15 +3,15 @@
 Decision: the pseudo-terminal keeps text until the first reader opens it, because a virtual board
 has no reset button.
 
-Decision: the pseudo-terminal holds data back until a new reader has flushed its input, as pyserial
-does after opening, or for ``HOLD_S``. A program that opens it more briefly, such as ``stty``, is
-not a reader.
+Decision: the pseudo-terminal keeps data back until a new reader has flushed its input, as pyserial
+does after opening, but at most for ``HOLD_S``. A program that opens the port for a shorter time,
+such as ``stty``, is not a reader.
 
 Decision: after a reader of the pseudo-terminal has left, text is lost as on a real wire.
 
 Decision: the emulator never keeps the slave side of the pseudo-terminal open. Then ``poll`` reports
-POLLHUP exactly while no process has it open (pty(7)). Packet mode (ioctl_tty(2), TIOCPKT) reports
-flushes in a control byte before all data.
+POLLHUP exactly while no process has this side open (pty(7)). Packet mode (ioctl_tty(2), TIOCPKT)
+reports flushes in a control byte before all data.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ HOLD_S = 0.4
 SETTLE_S = 0.05
 POLL_S = 0.005
 EXCLUSIVE_GRACE_S = 0.3
-"""Time at the end of a run for a reader whose queue cannot be checked."""
+"""Time that a reader gets at the end of a run if its queue cannot be checked."""
 
 
 class PtyLink:
@@ -68,7 +68,7 @@ class PtyLink:
         self._inbox = Backlog(INBOX_LIMIT)
         self._present = False  # a process has the port open
         self._hold_until_s = 0.0  # the reader gets no data before this time
-        self._serving = False  # a reader is present, and that time is over
+        self._serving = False  # a reader is present, and ``_hold_until_s`` is over
         self._had_reader = False  # a reader is or was present
         self._lost_absent = 0
         self._lost_slow = 0
@@ -181,7 +181,7 @@ class PtyLink:
 
     def _renew_device(self) -> None:
         """Create a device for ``link_path``, because the old one is permanently locked."""
-        self._read()  # the reader may have sent bytes between the last read and the check that found it gone
+        self._read()  # the reader may have sent bytes after the last read, before it closed the port
         with contextlib.suppress(LinkError):  # the port stays locked, but the board continues
             fresh = _open_device(self._name)
             self._device.close()
@@ -226,7 +226,7 @@ CHUNK = 4096
 
 
 class PtyDevice:
-    """A raw pseudo-terminal. Readers open ``path``. Raises OSError if none is left."""
+    """A raw pseudo-terminal. Readers open ``path``. Raises OSError if the system has none left."""
 
     def __init__(self) -> None:
         self._master, slave = os.openpty()
@@ -263,7 +263,10 @@ class PtyDevice:
             return 0
 
     def unread(self) -> int | None:
-        """Return a lower bound of unread bytes (0 is exact), or None if TIOCEXCL locks the port."""
+        """Return a lower bound for the number of unread bytes, or None if TIOCEXCL locks the port.
+
+        The result 0 is exact.
+        """
         try:
             with self._slave() as slave:
                 # poll() first: it moves pending bytes into the queue that FIONREAD counts
@@ -276,7 +279,7 @@ class PtyDevice:
         return int(struct.unpack("i", answer)[0])
 
     def recycle(self) -> int | None:
-        """Discard a former reader's settings and unread bytes, and return the number of bytes.
+        """Discard a former reader's settings and unread bytes, and return the number of these bytes.
 
         Return None if the device cannot be opened. On Linux, TIOCEXCL of ``screen`` stays set.
         """

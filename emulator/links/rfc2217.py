@@ -1,9 +1,9 @@
 """The serial port as a TCP port with Telnet and RFC 2217, by pyserial.
 
-Decision: a client may set another rate than the firmware's, as with a real adapter. The mismatch is
+Decision: a client may set a rate other than the firmware's, as with a real adapter. The mismatch is
 reported.
 
-Decision: the RFC 2217 port holds text back while a new client negotiates, because clients discard
+Decision: the RFC 2217 port keeps text back while a new client negotiates, because clients discard
 their input during the negotiation.
 """
 
@@ -27,9 +27,9 @@ SETTLE_S = 0.05
 _MOST_MISMATCHES = 16
 """Maximum number of reported mismatches."""
 LONGEST_OPTION = 64
-"""Maximum bytes of a Telnet subnegotiation. Those of RFC 2217 have up to 6 bytes; a signature may be longer."""
+"""Maximum bytes of a Telnet subnegotiation. RFC 2217 needs up to 6 bytes; a signature may be longer."""
 TOLERANCE = 0.0333
-"""Largest difference of the rates: the receiver's tolerance for 8 bits (RM0368 section 19.3.5)."""
+"""Largest allowed difference of the rates: the receiver's tolerance for 8 bits (RM0368 section 19.3.5)."""
 
 
 class _Line:
@@ -56,7 +56,7 @@ class _Line:
 
 
 class Negotiated(Coding):
-    """A client's Telnet protocol. ``say`` receives rate mismatches with ``firmware_baud()``."""
+    """A client's Telnet protocol. ``say`` gets a message if the client's rate differs from ``firmware_baud()``."""
 
     def __init__(self, firmware_baud: Callable[[], float], say: Callable[[str], None]) -> None:
         self._firmware_baud = firmware_baud
@@ -111,9 +111,9 @@ class Negotiated(Coding):
 
 
 class Rfc2217Link(TcpLink):
-    """A link on ``port`` of 127.0.0.1 (None: default, 0: any free). Raises LinkError.
+    """A link on ``port`` of 127.0.0.1 (None: the default port, 0: any free port). Raises LinkError.
 
-    ``say(line)`` receives rate mismatches.
+    ``say(line)`` gets messages about different rates.
     """
 
     kind = "rfc2217"

@@ -1,4 +1,4 @@
-"""The run loop: it runs a board in slices, follows the wall clock, and serves links."""
+"""The run loop. It runs a board in short periods (slices), follows the wall clock, and serves links."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _LAG_FORGIVEN_S = 0.5
 class Pacer:
     """Pacing of a run: virtual time is ``speed`` times wall time.
 
-    ``speed`` None: never sleep. ``slice_s``: virtual time of the next slice.
+    With ``speed`` None, the run never sleeps. ``slice_s``: virtual time of the next slice.
     """
 
     def __init__(self, speed: float | None) -> None:
@@ -55,12 +55,12 @@ class Pacer:
 
 
 _TYPED_AHEAD = 4096  # maximum bytes on the way to the board; further bytes wait in their link
-_FLUSH_S = 5.0  # maximum wall time for a slow reader at the end
+_FLUSH_S = 5.0  # maximum wall time for a slow reader at the end of a run
 
 
 @dataclass(frozen=True)
 class Progress:
-    """Virtual seconds so far, in total (None: no end), and wall seconds."""
+    """Virtual seconds so far, virtual seconds of the whole run (None: no end), and wall seconds so far."""
 
     virtual_s: float
     total_s: float | None
@@ -106,8 +106,8 @@ class Debugger(Protocol):
 class Runner:
     """A board's run with links until ``end_ps`` of virtual time (None: until stopped).
 
-    ``speed``: ratio of virtual to wall time, None for no limit. A text of ``exceeded(wall_s)`` ends
-    the run and becomes ``limit``.
+    ``speed``: ratio of virtual to wall time, None for no limit. If ``exceeded(wall_s)`` returns a
+    text, the run ends, and the text becomes ``limit``.
     """
 
     def __init__(

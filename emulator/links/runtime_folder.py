@@ -32,7 +32,7 @@ def runtime_folder(option: str, instead: str) -> Path:
 
 
 def read_own_file(path: Path, most_bytes: int) -> bytes:
-    """Return this user's regular file without blocking. Raises OSError for any other file."""
+    """Read a regular file of this user without blocking. Raises OSError for any other file."""
     descriptor = os.open(path, os.O_RDONLY | _NEITHER_WAIT_NOR_FOLLOW)
     with os.fdopen(descriptor, "rb") as file:
         status = os.fstat(descriptor)

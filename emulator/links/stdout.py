@@ -1,6 +1,6 @@
 """The terminal that started the emulator: standard output and input.
 
-Decision: a daemon thread writes to standard output, because it may block.
+Decision: a daemon thread writes to standard output, because a write may block.
 
 Decision: the thread writes to the raw file beneath ``sys.stdout.buffer``, because the lock of the
 buffer would abort an exit while the thread is blocked.
@@ -8,8 +8,8 @@ buffer would abort an exit while the thread is blocked.
 Decision: after a failed write (reader gone, disk full) standard output is redirected to the null
 device, so that the flush at exit does not fail (Python's ``signal``, "Note on SIGPIPE").
 
-Decision: standard input is read only if it is a terminal and this process is in its foreground
-process group. Otherwise SIGTTIN may stop the process.
+Decision: standard input is read only if it is a terminal and this process is in the terminal's
+foreground process group. Otherwise SIGTTIN may stop the process.
 
 Decision: the terminal stays in line mode, so that Ctrl-C still ends the run.
 """
@@ -34,7 +34,7 @@ if sys.platform == "win32":
 
 
 class StdoutLink:
-    """A link to standard output, with lines typed on a foreground terminal as input."""
+    """A link to standard output. Lines that are typed on a foreground terminal are the input."""
 
     def __init__(self) -> None:
         self._file = _raw_stdout()

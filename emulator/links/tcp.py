@@ -1,17 +1,17 @@
 """The serial port as a raw TCP port of 127.0.0.1.
 
-It has no password, because terminal programs cannot send one.
+The port has no password, because terminal programs cannot send one.
 
 Decision: several readers may connect to the TCP port at a time, for example a projector and a
 recorder.
 
-Decision: the TCP port keeps output for the first reader, like the pseudo-terminal.
+Decision: the TCP port keeps output for the first reader, as the pseudo-terminal does.
 
 Decision: a TCP reader that closes the connection, or only its sending half, counts as gone, because
 the two cases cannot be distinguished without losing bytes.
 
-Decision: bytes queued for a TCP reader that has left are lost, and text without any reader is lost
-as on a real wire.
+Decision: bytes queued for a TCP reader that has left are lost, and text sent without any reader is
+lost as on a real wire.
 
 Decision: the sockets of the TCP port never block and are polled, so that no threads are needed.
 """
@@ -29,7 +29,7 @@ from fcu_emulator.emulator.links import programs
 from fcu_emulator.emulator.links.byte_link import Backlog, Patience, losses
 
 FIRST_LIMIT = 1024 * 1024
-"""Bytes kept before the first reader."""
+"""Bytes kept before the first reader connects."""
 BACKLOG_LIMIT = 16 * 1024 * 1024
 """Bytes kept for each reader that does not read."""
 INBOX_LIMIT = 64 * 1024
@@ -50,7 +50,7 @@ PORTS_TRIED = 16
 
 
 class Coding:
-    """Encoding of one reader's connection, here without changes."""
+    """Encoding of one reader's connection. This class leaves all bytes unchanged."""
 
     def encode(self, data: bytes) -> bytes:
         return data
@@ -121,7 +121,7 @@ class Reader:
             budget -= count
 
     def close(self) -> None:
-        """Read pending input, which would cause a reset, and disconnect."""
+        """Read pending input and disconnect. Unread input would reset the connection."""
         with contextlib.suppress(OSError):
             self._socket.shutdown(socket.SHUT_WR)
             for _ in range(INBOX_LIMIT // CHUNK):
@@ -134,7 +134,7 @@ class Reader:
 
 
 class TcpLink:
-    """A link on ``port`` of 127.0.0.1 (None: default, 0: any free). Raises LinkError."""
+    """A link on ``port`` of 127.0.0.1 (None: the default port, 0: any free port). Raises LinkError."""
 
     kind = "tcp"
     first_port = FIRST_PORT
@@ -145,7 +145,7 @@ class TcpLink:
         self.port: int = self._listener.getsockname()[1]
         self._readers: list[Reader] = []
         self._had_reader = False
-        self._first = Backlog(FIRST_LIMIT)  # output before the first reader
+        self._first = Backlog(FIRST_LIMIT)  # output before the first reader connects
         self._inbox = Backlog(INBOX_LIMIT)
         self._lost_absent = 0
         self._lost_slow = 0

@@ -1,7 +1,7 @@
-"""A thread that writes to a possibly blocking file, such as a pipe into a paused ``less``.
+"""A thread that writes to a file that may block, such as a pipe into a paused ``less``.
 
-A non-blocking descriptor would affect all processes on the terminal. Bytes after a failed write are
-lost.
+The descriptor stays blocking, because a change would affect all processes on the terminal. Bytes
+after a failed write are lost.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def is_broken_pipe(error: BaseException) -> bool:
 
 
 class RawFile(Protocol):
-    """The used part of ``io.RawIOBase`` and ``io.BytesIO``."""
+    """The part of ``io.RawIOBase`` and ``io.BytesIO`` that this module uses."""
 
     def write(self, data: bytes, /) -> int | None: ...
 
@@ -41,7 +41,7 @@ class BackgroundWriter:
     def __init__(self, file: RawFile, name: str, on_failure: Callable[[], None] = lambda: None) -> None:
         self._file = file
         self._on_failure = on_failure
-        self._changed = threading.Condition()  # guards all below
+        self._changed = threading.Condition()  # guards all attributes below
         self._backlog = Backlog(BACKLOG_LIMIT)
         self._in_flight = 0
         self._lost = 0

@@ -12,17 +12,17 @@ from fcu_emulator.emulator.trace import Trace
 
 
 class Stop(Enum):
-    """Why a run ended. All except SLICE, HALT, BREAKPOINT and sleeps raise a core exception."""
+    """The reason why a run ended. SVC, BKPT and all values from UNDEFINED on cause a core exception."""
 
-    SLICE = auto()  # all instructions, or ``end_run``
-    HALT = auto()  # before the instruction, for a debugger
-    BREAKPOINT = auto()  # before an instruction with a breakpoint
-    WFI = auto()  # after the instruction
-    WFE = auto()  # after the instruction
-    SVC = auto()  # after the instruction
-    BKPT = auto()  # on the instruction
+    SLICE = auto()  # all instructions were executed, or ``end_run`` was called
+    HALT = auto()  # ``pc`` is at the instruction, for a debugger
+    BREAKPOINT = auto()  # ``pc`` is at an instruction with a breakpoint
+    WFI = auto()  # ``pc`` is after the instruction
+    WFE = auto()  # ``pc`` is after the instruction
+    SVC = auto()  # ``pc`` is after the instruction
+    BKPT = auto()  # ``pc`` is at the instruction
     EXCEPTION_RETURN = auto()  # an EXC_RETURN value has been loaded into PC
-    UNDEFINED = auto()  # ``pc`` is on the instruction, as for all values below
+    UNDEFINED = auto()  # ``pc`` is at the instruction, as for all values below
     INVALID_STATE = auto()
     NO_COPROCESSOR = auto()
     UNALIGNED = auto()
@@ -38,8 +38,8 @@ _STOPS: Final = (
     *(Stop.UNDEFINED, Stop.INVALID_STATE, Stop.NO_COPROCESSOR, Stop.UNALIGNED, Stop.DIVIDE_BY_ZERO),
     *(Stop.FETCH, Stop.READ, Stop.WRITE),
 )
-"""enum Stop of core.h."""
-_EXECUTE_NEVER = 1 << 2 | 1 << 5 | 1 << 6 | 1 << 7  # for each 512 MB: execute-never (ARMv7-M ARM table B3-1)
+"""The values of enum Stop in core.h, in their order."""
+_EXECUTE_NEVER = 1 << 2 | 1 << 5 | 1 << 6 | 1 << 7  # bit n: region n of 512 MB (ARMv7-M ARM table B3-1)
 
 
 def fetch_fault(address: int) -> Stop:
@@ -48,7 +48,7 @@ def fetch_fault(address: int) -> Stop:
 
 
 class BareCore(FcuChip):
-    """A core that runs from ``pc``. Set ``thumb`` first.
+    """A core that runs from ``pc`` on. Set ``thumb`` before a run.
 
     Register accesses call ``read_python`` and ``write_python``; watched loads and stores call
     ``on_access``.
@@ -57,11 +57,11 @@ class BareCore(FcuChip):
     def __init__(self) -> None:
         super().__init__(Clock(), Trace())
         self.executed = 0
-        """Instructions of the latest run, including one with a fault."""
+        """Number of instructions in the latest run, including an instruction that faulted."""
         self.on_access: Callable[[int, int, bool], None] = lambda _address, _size, _written: None
 
     def run(self, instructions: int, past: bool = False) -> Stop:
-        """Execute from ``pc``. ``past``: ignore a breakpoint there."""
+        """Execute from ``pc`` on. With ``past``, ignore a breakpoint at ``pc``."""
         stop = _STOPS[self.library.fcu_execute(self.handle, instructions, past)]
         self.raise_error()
         self.executed = self.count()
@@ -75,8 +75,9 @@ class BareCore(FcuChip):
         self.library.fcu_end_run(self.handle)
 
     def enter_exception(self, number: int, vectors: int) -> bool:
-        """Save the context and enter a handler. Return False if stack or vector table is outside
-        memory.
+        """Save the context and enter a handler.
+
+        Return False if the stack or the vector table is outside memory.
         """
         return bool(self.library.fcu_enter_exception(self.handle, number, vectors))
 

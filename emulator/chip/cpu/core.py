@@ -20,24 +20,24 @@ from fcu_emulator.emulator.trace import Fault as FaultEvent
 from fcu_emulator.emulator.trace import Trace
 
 CYCLES_PER_INSTRUCTION: Final = Fraction(13, 10)
-"""See cycle_clock.h."""
+"""The default; cycle_clock.h gives the reasons."""
 RESETS_KEPT: Final = 10_000
 _REASONS: Final = ("", "SYSRESETREQ", "PIN", "IWDG", "WWDG", "power-on")
 """The reasons of enum ResetReason in run_loop.h, and the reasons that come from Python."""
 _HALTED, _BY_WORK = 1, 3
-"""enum Ended of run_loop.h."""
+"""Two values of enum Ended in run_loop.h."""
 _IGNORED_ACCESSES: Final = (
     ("clock", "read"),
     ("clock", "written"),
     ("unknown", "read"),
     ("unknown", "written"),
 )
-"""enum IgnoredAccess of chip.h."""
+"""In the order of enum IgnoredAccess in chip.h."""
 
 
 @dataclass(frozen=True)
 class CoreSettings:
-    """``skip``: skip waiting loops, for speed only."""
+    """Settings of the core. ``skip`` skips waiting loops, which changes only the speed."""
 
     cycles_per_instruction: Fraction = CYCLES_PER_INSTRUCTION
     skip: bool = True
@@ -90,8 +90,9 @@ class Core(FcuChip):
     def power_on(
         self, soc: Soc, peripherals: Iterable[Peripheral], on_reset: Callable[[str], None] | None = None
     ) -> None:
-        """Start; sets ``soc.irq`` and ``soc.memory``. ``on_reset(reason)`` is called before later
-        resets.
+        """Start the core, and set ``soc.irq`` and ``soc.memory``.
+
+        Each later reset first calls ``on_reset(reason)``.
         """
         self._on_reset = on_reset or self._on_reset
         self._python_peripherals = tuple(peripherals)
@@ -121,13 +122,13 @@ class Core(FcuChip):
     # -- running ----------------------------------------------------------------------------------------
 
     def run_until_ps(self, at_ps: int) -> None:
-        """Run up to and including ``at_ps``, or to a debugger's halt or ``work_limit``."""
+        """Run up to and including ``at_ps``, or until a debugger halts the core or ``work_limit`` is reached."""
         clock, shared = self.clock, self.shared
         self.enter()
         ended = self.library.fcu_run_until(self.handle, at_ps)
         self.raise_error()
-        # set back to the chip's time: a fault while a frame is saved is reported with the time at which the
-        # entry ends
+        # the clock can be later than the chip: a fault while a frame is saved is reported with the time at which
+        # the exception entry ends
         clock.now_ps = shared[0]
         if ended not in (_HALTED, _BY_WORK):
             clock.advance_to(at_ps)
@@ -146,7 +147,7 @@ class Core(FcuChip):
     # -- snapshots --------------------------------------------------------------------------------------
 
     def snapshot(self) -> bytes:
-        """Return all state in C; only between runs."""
+        """Return all state in C. Call this only between runs."""
         buffer = ctypes.create_string_buffer(self.library.fcu_snapshot_size())
         self.library.fcu_save(self.handle, buffer)
         return buffer.raw
@@ -171,7 +172,7 @@ class Core(FcuChip):
 
     @property
     def skipped(self) -> int:
-        """Repetitions that were counted but not executed."""
+        """Number of instructions in skipped loops, which were counted but not executed."""
         return self.status().skipped
 
     @property
@@ -206,17 +207,17 @@ class Core(FcuChip):
 
     @property
     def handled(self) -> int:
-        """The exception number (IPSR); 0 in Thread mode."""
+        """The number of the current exception (IPSR); 0 in Thread mode."""
         return self.register(16) & 0x1FF
 
     @property
     def pending(self) -> int:
-        """Bit = exception number."""
+        """Pending exceptions. Bit n is exception n."""
         return _mask(self.status().pending)
 
     @property
     def enabled(self) -> int:
-        """Bit = exception number."""
+        """Enabled exceptions. Bit n is exception n."""
         return _mask(self.status().enabled)
 
     @property
@@ -225,7 +226,7 @@ class Core(FcuChip):
         return _mask(self.status().active)
 
     def priority(self, exception: int) -> int:
-        """Return a priority; smaller is more urgent."""
+        """Return an exception's priority; a smaller number is more urgent."""
         priority: int = self.library.fcu_priority(self.handle, exception)
         return priority
 
@@ -244,7 +245,7 @@ class Core(FcuChip):
         self.clock.now_ps = max(self.clock.now_ps, self.shared[0])
 
     def resume(self, step: bool) -> None:
-        """Resume. ``step``: halt after one instruction or exception entry."""
+        """Resume execution. With ``step``, halt after one instruction or exception entry."""
         self.stepping = step
         self.library.fcu_resume(self.handle, step)
 
@@ -260,7 +261,7 @@ class Core(FcuChip):
         self.raise_error()
 
     def debug(self, on: bool) -> None:
-        """Select whether BKPT halts the core or faults."""
+        """Select whether BKPT halts the core or causes a fault."""
         self.library.fcu_debug(self.handle, on)
 
     def halted_on_bkpt(self) -> bool:
@@ -278,7 +279,7 @@ class Core(FcuChip):
     # -- registers of peripherals -----------------------------------------------------------------------------
 
     def find(self, address: int) -> tuple[Peripheral, int] | None:
-        """Return the peripheral and the register's offset."""
+        """Return the peripheral at an address, and the register's offset."""
         peripheral: Peripheral | None
         index = self.library.fcu_peripheral_at(self.handle, address)
         peripheral = self.peripheral_by_index(index) if index >= 0 else self.python.find(address)
@@ -295,7 +296,7 @@ class Core(FcuChip):
         return self.python.peek(address)
 
     def poke(self, address: int, data: bytes) -> bool:
-        """Write 1, 2 or 4 aligned bytes with all effects. Return False without a register."""
+        """Write 1, 2 or 4 aligned bytes with all effects. Return False if no register is there."""
         stored = self.library.fcu_store(self.handle, address, len(data), int.from_bytes(data, "little"))
         self.raise_error()
         return bool(stored)

@@ -1,4 +1,4 @@
-"""Core registers by name, several at a time."""
+"""Access to core registers by name, several in one call."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ EVERYTHING = ("xpsr", "control", *MASKS[:3], "msp", "psp", *CORE[:15], *FLOATING
 
 
 RegisterCalls = tuple["memoryview[int]", Callable[[], object], Callable[[], object]]
-"""The words for the values, the call that reads them, and the call that writes them."""
+"""Words for the values, a call that reads the registers into them, and a call that writes the registers."""
 
 
 class Engine(Protocol):
@@ -35,7 +35,7 @@ class CoreRegisters:
         self.words, self.fetch, self._write = engine.register_calls(self.names)
 
     def read(self) -> memoryview[int]:
-        """Return the values, always in the same memory."""
+        """Return the values, in memory that the next call overwrites."""
         self.fetch()
         return self.words
 

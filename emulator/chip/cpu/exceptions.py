@@ -14,10 +14,10 @@ from fcu_emulator.emulator.chip.registers.declaration import masks
 NMI, HARD_FAULT, MEM_MANAGE, BUS_FAULT, USAGE_FAULT = 2, 3, 4, 5, 6
 SV_CALL, PEND_SV, SYS_TICK = 11, 14, 15
 FAULT_HANDLERS: Final = 1 << HARD_FAULT | 1 << MEM_MANAGE | 1 << BUS_FAULT | 1 << USAGE_FAULT
-"""Bit = exception number."""
+"""A mask of exceptions. Bit n is exception n."""
 FIRST_INTERRUPT: Final = 16
 INTERRUPTS: Final = 85
-"""Inputs of the STM32F401's NVIC."""
+"""Number of inputs of the STM32F401's NVIC."""
 
 
 def bits(mask: int) -> Iterator[int]:
@@ -40,7 +40,7 @@ VECTTBL, FORCED, DEBUGEVT = masks(scb.HFSR.VECTTBL, scb.HFSR.FORCED, scb.HFSR.DE
 
 @dataclass(frozen=True, slots=True)
 class CoreFault:
-    """A fault with bits of CFSR and HFSR, and BFAR's address."""
+    """A fault with its bits of CFSR and HFSR, and the address in BFAR."""
 
     exception: int
     cfsr: int = 0

@@ -19,7 +19,7 @@ _SP, _LR, _XPSR = 13, 14, 16
 
 
 def word_of(ram: bytes, address: int) -> int | None:
-    """Return a word of copied RAM."""
+    """Return a word from a copy of the RAM."""
     offset = address - RAM
     if 0 <= offset <= len(ram) - 4:
         return int.from_bytes(ram[offset : offset + 4], "little")
@@ -53,7 +53,7 @@ class FaultRecord:
         return self.registers[_XPSR] & 0x1FF
 
     def follows(self, other: FaultRecord) -> bool:
-        """Return whether this is a consequence of ``other``."""
+        """Return whether this fault is a consequence of ``other``."""
         if self.fault.cfsr & STKERR:
             return self.t_ps - other.t_ps <= PS_PER_US
         return bool(self.active & FAULT_HANDLERS)
@@ -78,7 +78,8 @@ class LostStore:
 class FaultLog:
     """Records the core's faults, and the first store that FLASH refused.
 
-    ``origin``: the latest fault that is not a consequence, seen ``times`` in quick succession.
+    ``origin`` is the latest fault that is not a consequence of another fault. ``times`` counts how
+    often it occurred in quick succession.
     """
 
     def __init__(self, core: Core) -> None:
@@ -93,7 +94,7 @@ class FaultLog:
 
     def _record_lost_store(self, address: int) -> None:
         core = self._core
-        # with PG set, firmware is programming the flash, and the order or size of its stores is wrong
+        # if PG is set, firmware programs the flash on purpose, and the order or size of its stores is wrong
         is_programming = (core.peek(_FLASH_CR) or 0) & _PG
         if self.lost_store is None and not is_programming:
             registers = CORE.unpack(core.core_state())

@@ -16,7 +16,7 @@ from fcu_emulator.emulator.trace import DeviceNote, NoteValue
 
 _MAX_REPORTED = 100
 NO_REGISTER_PS, EMPTY_PAGE_PS = -2, -3
-"""Values of bus.h, with which C remembers that an address has no register."""
+"""Values of bus.h that tell C that an address, or its whole kilobyte, has no register."""
 
 
 class Absent(Peripheral):
@@ -61,7 +61,7 @@ NOT_MODELLED = {
 
 
 class UnmodelledPeripheral(Peripheral):
-    """A peripheral with nothing but a name."""
+    """A peripheral that has a name but no registers."""
 
     def read(self, offset: int) -> int:
         del offset
@@ -101,7 +101,7 @@ _RANGES = (
 
 
 class PythonPeripherals:
-    """All peripherals by address. Each register's accesses are noted once."""
+    """All peripherals by address. The same wrong access to a register is noted only one time."""
 
     def __init__(self, soc: Soc, peripherals: Iterable[Peripheral]) -> None:
         self._soc = soc
@@ -122,7 +122,7 @@ class PythonPeripherals:
         return next((one for one in self._reserved if one.base <= address < one.base + one.size), None)
 
     def read(self, address: int, size: int) -> tuple[int, int]:
-        """Return value and validity, which may be ``NO_REGISTER_PS`` or ``EMPTY_PAGE_PS``."""
+        """Return a value and the time of its next change, or ``NO_REGISTER_PS`` or ``EMPTY_PAGE_PS``."""
         peripheral = self.find(address)
         assert peripheral is not None, f"0x{address:08X} is not on the bus"
         register = address - peripheral.base & 0xFFFF_FFFC
@@ -165,7 +165,7 @@ class PythonPeripherals:
         self._report(peripheral, "forbidden", f"{what}-without-clock", text, register)
 
     def report_write_without_clock(self, peripheral: Peripheral, register: int, value: int) -> bool:
-        """Report a write that would change the reset value, else return False."""
+        """Report a write if it would change the reset value. Return whether it was reported."""
         declared = DECLARED.get(peripheral.name)
         known = declared.by_offset.get(register) if declared else None
         changes = known is None or bool((value ^ known.reset) & known.stored)

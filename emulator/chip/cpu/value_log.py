@@ -14,8 +14,8 @@ from fcu_emulator.emulator.chip.cpu.core import Core
 
 Values: TypeAlias = npt.NDArray[np.void]
 VALUE: Final = np.dtype([("address", "u4"), ("number", "u4"), ("value", "u4"), ("pair", "u4")])
-"""struct LoggedValue of value_log.h: a register's value after the instruction at ``address``; ``pair`` is the
-neighbouring register, which may hold the other half of a double.
+"""struct LoggedValue of value_log.h: a register's value after the instruction at ``address``. ``pair`` is the value
+of the neighbouring register, which may contain the other half of a double.
 """
 FIRST_FLOAT: Final = 13
 """Numbers below this one are R0 to R12; the others are S0 to S31."""
@@ -62,8 +62,8 @@ class ValueLog:
     """Logs the values that instructions in ``ranges`` (begin, end) compute while the context is
     active.
 
-    An instruction's repeated values are logged once. Between two calls of :meth:`take`, each instruction logs at most
-    100 values, so that loops do not fill the log.
+    A value is not logged again while an instruction repeats it. Between two calls of :meth:`take`, each instruction
+    logs at most 100 values, so that loops do not fill the log.
     """
 
     def __init__(self, core: Core, ranges: Iterable[tuple[int, int]]) -> None:
@@ -85,7 +85,7 @@ class ValueLog:
 
     @property
     def lost(self) -> int:
-        """Number of values since :meth:`take` that did not fit."""
+        """Number of values since the latest :meth:`take` that did not fit into the log."""
         return self._log.lost
 
     def take(self) -> Values:

@@ -36,11 +36,11 @@ _KINDS: Final[tuple[Callable[[FcuChip, int], str], ...]] = (
     lambda _chip, number: f"exceptions {exception_name(number)}",
     lambda _chip, _index: "resets",
 )
-"""In the order of enum CostKind of work.h."""
+"""Descriptions in the order of enum CostKind in work.h."""
 
 
 def costliest(chip: FcuChip) -> str:
-    """Return the most frequent work, such as "2,000,000 accesses to RCC"."""
+    """Return the costliest kind of work, such as "2,000,000 accesses to RCC"."""
     found = Costliest()
     chip.library.fcu_costliest(chip.handle, ctypes.byref(found))
     return f"{found.times:,} {_KINDS[found.kind](chip, found.index)}"

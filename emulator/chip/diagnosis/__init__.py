@@ -1,4 +1,4 @@
-"""Diagnosis of faulty firmware, in a student's words.
+"""Diagnosis of faulty firmware, in words that students know.
 
 ::
 
@@ -6,9 +6,9 @@
     board.run_for(3)
     print(board.chip.diagnosis() or "all is well")
 
-Decision: a diagnosis is computed once, at the end of a run, from the state of the chip. Samples of
-the program counter would slow down correct runs and prove nothing. A copy of core and memory proves
-endless loops.
+Decision: a diagnosis is computed once, at the end of a run, from the state of the chip. Sampling
+the program counter would slow down correct runs and prove nothing. Endless loops are proved by
+execution in a copy of core and memory.
 """
 
 from fcu_emulator.emulator.chip.diagnosis.diagnose import diagnose, findings

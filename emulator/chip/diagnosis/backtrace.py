@@ -1,8 +1,8 @@
-"""Places in a program, and their callers.
+"""Function and source line of an address, and the calls that led to it.
 
 Decision: callers are found by a search of the stack (ARMv7-M ARM B1.5.6, B1.5.8), because student
-files rarely describe their frames. A word behind a BL or BLX is a return address unless the BL
-leads to another function.
+firmware rarely describes its stack frames. A word on the stack is a return address if it points
+behind a BLX, or behind a BL to the current function.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _MAX_FUNCTIONS = 500
 
 
 class Places:
-    """Converts addresses to names, else to numbers."""
+    """Converts an address to a name, or to a number if no name is known."""
 
     def __init__(self, image: FirmwareImage) -> None:
         self._symbols = image.symbols
@@ -67,17 +67,20 @@ class Places:
         return self._symbols.definition_of_variable(variable) if self._symbols else None
 
     def address_of(self, *names: str) -> int | None:
-        """Return the first known symbol's address."""
+        """Return the address of the first of ``names`` that is a known symbol."""
         found = (name for name in names if self._symbols and name in self._symbols)
         name = next(found, None)
         return self._symbols.address_of(name) if self._symbols and name else None
 
     def end_of_variables(self) -> int | None:
-        """Return the end of ``.bss`` by the linker's usual symbols."""
+        """Return the end of ``.bss`` from the usual linker symbols."""
         return self.address_of("_end", "end", "_ebss", "__bss_end__")
 
     def call_of(self, names: Container[str], start: int, code: ReadCode) -> tuple[int, str] | None:
-        """Return the call in ``start`` that leads to one of ``names``, but not by pointer."""
+        """Return the call in the function ``start`` that leads to one of ``names``, and this name.
+
+        Calls by pointer are not followed.
+        """
         waiting, seen = deque([(start, 0)]), {start}
         while waiting and len(seen) < _MAX_FUNCTIONS:
             address, first_site = waiting.popleft()
@@ -128,12 +131,12 @@ def calls_of(function: FunctionAt, code: ReadCode) -> Iterator[tuple[int, int]]:
 NOTE = "found by searching the stack; entries may be left over from earlier calls"
 
 _EXC_RETURNS = (0xFFFF_FFE1, 0xFFFF_FFE9, 0xFFFF_FFED, 0xFFFF_FFF1, 0xFFFF_FFF9, 0xFFFF_FFFD)
-_BLX, _BLX_MASK = 0x4780, 0xFF87  # of any register (ARMv7-M ARM A7.7.19)
-_TO_THREAD = 1 << 3  # of EXC_RETURN (ARMv7-M ARM table B1-8)
+_BLX, _BLX_MASK = 0x4780, 0xFF87  # BLX with any register (ARMv7-M ARM A7.7.19)
+_TO_THREAD = 1 << 3  # bit of EXC_RETURN (ARMv7-M ARM table B1-8)
 _BASIC_FRAME_BIT, _THUMB = 1 << 4, 1 << 24
 _BASIC_WORDS, _FLOATING_WORDS = 8, 26
 _FRAME_LR, _FRAME_PC, _FRAME_XPSR = 5, 6, 7
-_INTO_CALL = 3  # distance from a return address, whose bit 0 is set, back into its BL or BLX
+_INTO_CALL = 3  # bytes from a return address (with bit 0 set) back into its BL or BLX
 _LONGEST_SEARCH = 64  # words of stack searched for a saved frame
 _MAX_CALLS = 12
 
@@ -147,7 +150,7 @@ class Call(NamedTuple):
 
 
 class Backtrace:
-    """``word`` reads the stack, ``code`` the flash."""
+    """Finds callers. The function ``word`` reads the stack, the function ``code`` the flash."""
 
     def __init__(self, places: Places, word: ReadWord, code: ReadCode) -> None:
         self._places = places
@@ -175,10 +178,10 @@ class Backtrace:
         return f"{how} {self._places.place(call.address)}{times}"
 
     def _outward(self, pc: int, lr: int, sp: int) -> Iterator[Call]:
-        """Return all callers. In Thread mode, words beyond the outermost frame are old data."""
+        """Yield all callers. After a frame that returns to Thread mode, further frames are old data."""
         current, address = pc, max(sp & ~3, RAM_MEMORY.start)
         frame, exc_return = 0, 0
-        if lr in _EXC_RETURNS:  # the handler has not saved LR
+        if lr in _EXC_RETURNS:  # the handler has not yet saved LR
             frame, exc_return = self._find_frame(address), lr
         while True:
             if frame:

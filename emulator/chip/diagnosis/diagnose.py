@@ -64,7 +64,7 @@ def diagnose(arm: RunningFirmware) -> Diagnosis | None:
 
 
 def findings(arm: RunningFirmware) -> Iterator[Diagnosis]:
-    """Return all problems, the worst first; a failure hides others."""
+    """Yield all problems, the worst first. After a fatal problem, no others follow."""
     signals, chip = arm.signals, arm.chip
     places = Places(arm.image)
     transfers = RecentTransfers(signals)
@@ -193,13 +193,11 @@ _WAITING = {
 
 
 def slow_callback(chip: Chip, places: Places) -> Diagnosis | None:
-    """Report the first timer that loses over a tenth of its ticks, or some because of a waiting
-    call.
+    """Report the first timer that loses over a tenth of its ticks, or fewer ticks if its callback waits.
 
-    The duration of a handler that takes longer than the period is the period times the due ticks
-    per handled tick.
+    The duration of a handler that is too slow is estimated: period * due ticks / handled ticks.
 
-    Decision: a slow timer callback is never called a failure, because a scenario may slow the bus
+    Decision: a slow timer callback never counts as a failure, because a scenario may slow the bus
     down on purpose.
     """
     for timer in chip.timers.values():

@@ -1,4 +1,4 @@
-"""Evidence about a stuck program: latest transfers and peripheral notes."""
+"""Evidence about a stuck program: the latest transfers, and accesses to unusable peripherals."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from fcu_emulator.sensors.spi import READ
 
 # -- an I2C address without a device ------------------------------------------------------------------------
 
-_DEVICE_ADDRESSES = range(0x08, 0x78)  # addresses of devices (NXP UM10204 table 4)
+_DEVICE_ADDRESSES = range(0x08, 0x78)  # valid addresses of devices (NXP UM10204 table 4)
 
 
 def nobody(signals: BoardSignals, bus: I2CBus, address: int) -> Cause:
@@ -65,7 +65,7 @@ def _answers(name: str, address: int) -> str:
 
 TRANSFERS_SHOWN = 8
 _MANY = 6
-"""Consecutive reads of 0xFF that prove a fault; no sensor measures -1 on all axes that often."""
+"""This many consecutive reads of 0xFF prove a fault: no sensor measures -1 on all axes that often."""
 
 
 class RecentTransfers:
@@ -97,7 +97,7 @@ class RecentTransfers:
         return [f"{at(transfer.t_ps)}  {_text(transfer, self._signals.i2c)}" for transfer in transfers]
 
     def failure(self) -> Cause | None:
-        """Return the cause of a held line or failed latest transfer."""
+        """Return the cause if a line is held low or the latest transfer failed."""
         for bus in self._i2c:
             if any(fault.kind == "stuck" for fault in bus.faults(self._now_ps)):
                 text = f"a line of {bus.name} is held low"
@@ -117,7 +117,7 @@ class RecentTransfers:
         return None
 
     def silent_sensors(self) -> Cause | None:
-        """Report reads of only 0xFF, or of only 0x00 including WHO_AM_I."""
+        """Report that all reads returned 0xFF, or all 0x00 with WHO_AM_I among them."""
         reads = [transfer for transfer in self.latest if transfer.read]
         values = {value for transfer in reads for value in transfer.read}
         identified = any(transfer.register == "WHO_AM_I" for transfer in reads)
@@ -155,7 +155,7 @@ class RecentTransfers:
         return None
 
     def _failed(self, last: BusTransfer) -> Cause:
-        bus = self._signals.i2c[last.bus]  # on SPI transfers cannot fail
+        bus = self._signals.i2c[last.bus]  # SPI transfers cannot fail
         if not last.device:
             return nobody(self._signals, bus, last.address)
         ruled = [fault for fault in bus.faults(last.t_ps) if fault.address in (None, last.address)]
@@ -222,7 +222,7 @@ _NOTES_SHOWN = 6
 
 
 class PeripheralNotes:
-    """The accesses to unusable peripherals, in order."""
+    """Accesses to peripherals that cannot be used, in order of time."""
 
     def __init__(self, chip: Chip, trace: Trace) -> None:
         self._clocked = {peripheral.name: peripheral.clocked for peripheral in chip.core.all_peripherals}
@@ -244,7 +244,7 @@ class PeripheralNotes:
         ]
 
     def cause(self, among: Container[str] | None = None) -> Cause | None:
-        """Return the first peripheral without clock, of ``among`` if given."""
+        """Report the first peripheral without clock; with ``among``, the first one with such a name."""
         for name in self.without_clock():
             if among is not None and name not in among:
                 continue

@@ -1,4 +1,4 @@
-"""Detection of ``^`` as a power in the lab's arithmetic (ARMv7-M ARM A7.7.35, A7.7.36)."""
+"""Detection of C's ``^`` that was meant as a power, in the lab's arithmetic (ARMv7-M ARM A7.7.35, A7.7.36)."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from fcu_emulator.emulator.chip.image.symbols import FunctionAt
 _ARITHMETIC = ("eCompass", "getAltitude")
 _CALLERS = ("HAL_TIM_PeriodElapsedCallback", "main")
 _SIGN_BIT = 0x400
-"""0x80000000, with which compilers change the sign of a double."""
+"""The encoding of 0x80000000, with which compilers change the sign of a double."""
 
 
 def exclusive_or(places: Places, code: ReadCode) -> str:
-    """Return the first exclusive or in the slides' functions or callers."""
+    """Return the place of the first EOR in the slides' functions or, without these, in their callers."""
     for names in (_ARITHMETIC, _CALLERS):
         starts = [start for name in names if (start := places.address_of(name)) is not None]
         functions = (places.function(start) for start in starts)
@@ -46,7 +46,7 @@ def _found_in(function: FunctionAt, code: ReadCode) -> Iterator[int]:
 
 
 def _constants(address: int, first: int, second: int) -> Iterator[int]:
-    """Return words loaded relative to the PC (A7.7.7, A7.7.44, A7.7.51, A7.7.236)."""
+    """Return the addresses of words loaded relative to the PC (A7.7.7, A7.7.44, A7.7.51, A7.7.236)."""
     base = address + 4 & ~3
     if first >> 11 == 0b01001:
         yield base + 4 * (first & 0xFF)

@@ -58,7 +58,7 @@ HFSR: Final[Mapping[str, str]] = {
 
 
 def decoded(register: type[Word], value: int, meanings: Mapping[str, str]) -> Iterator[str]:
-    """Return ``CFSR 0x00008200``, then a line per set bit, lowest first."""
+    """Return a line such as ``CFSR 0x00008200``, then one line for each set bit, the lowest first."""
     yield f"{register.__name__} 0x{value:08X}"
     for bits in reversed(register.fields):
         if value & bits.mask:
@@ -67,13 +67,13 @@ def decoded(register: type[Word], value: int, meanings: Mapping[str, str]) -> It
 
 # -- causes -------------------------------------------------------------------------------------------------
 
-_NULL_OBJECT = 0x1000  # bytes: members of an object at address 0
-_NEAR = 0x1000  # bytes from the stack pointer to a store on the stack
+_NULL_OBJECT = 0x1000  # a lower address belongs to a member of an object at address 0
+_NEAR = 0x1000  # bytes: an access this close to SP is to the stack
 _ERASED_FLASH = 0xFFFF
 
 
 def cause_of(record: FaultRecord, places: Places, code: ReadCode) -> Cause:
-    """Return the likely cause."""
+    """Return the likely cause of a fault."""
     status = record.fault.cfsr
     if status & exceptions.PRECISERR and record.fault.address is not None:
         return _of_access(record, record.fault.address, places, code)
@@ -117,7 +117,7 @@ def _stores(pc: int, code: ReadCode) -> bool:
 
 
 def lost_store_report(store: LostStore | None, code: ReadCode, places: Places) -> Diagnosis | None:
-    """Report the first store to locked flash, also at address 0."""
+    """Report the first store to locked flash, or to its alias at address 0."""
     if store is None:
         return None
     *_, sp, lr, pc, _ = store.registers
@@ -163,7 +163,7 @@ def _of_null(address: int) -> Cause:
 
 
 def stack_overflows(record: FaultRecord, places: Places) -> bool:
-    """Return whether the stack pointer is outside the stack."""
+    """Return whether the stack pointer is below the space for the stack."""
     end = places.end_of_variables()
     return record.sp < (RAM_MEMORY.start if end is None else end)
 
@@ -265,7 +265,7 @@ _REGISTERS = (*(f"R{number}" for number in range(13)), "SP", "LR", "PC", "xPSR")
 
 
 def fault_report(core: Core, log: FaultLog, places: Places, transfers: list[str]) -> Diagnosis | None:
-    """Return the fault that ended the firmware, unless it recovered."""
+    """Return the fault that ended the firmware; None if the firmware recovered."""
     record, latest = log.origin, log.latest
     if record is None or latest is None:
         return None
@@ -303,7 +303,7 @@ _RESETS_OF_A_LOOP = 10
 
 
 def is_reset_endlessly(core: Core) -> bool:
-    """Return whether resets follow within a second, and the next is not overdue."""
+    """Return whether the latest resets are at most a second apart, and the next is not overdue."""
     times_ps = [t_ps for t_ps, _ in core.resets][-_RESETS_OF_A_LOOP:]
     if len(times_ps) < _RESETS_OF_A_LOOP:
         return False

@@ -1,8 +1,8 @@
-"""Firmware in an endless loop, and why its condition never becomes true.
+"""Detection of endless loops, and of the reason why a loop's condition never becomes true.
 
-Decision: a loop in ``main()`` that reads nothing counts as correct while interrupts of peripherals
-are enabled. Otherwise it may be the intended end, so it is not a failure. Code on the process stack
-is not checked.
+Decision: a loop in ``main()`` that reads nothing counts as correct if interrupts of peripherals are
+enabled. If none are, the loop is reported but is not a failure: it may be the intended end. Code on
+the process stack is not checked.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ _TICKING = systick.SYST_CSR.ENABLE.mask | systick.SYST_CSR.TICKINT.mask
 
 
 class Interrupts:
-    """The interrupts that can be taken now, or anywhere in a loop with ``masks``."""
+    """Interrupts that can be taken now or, with a loop's ``masks``, at some instruction of the loop."""
 
     def __init__(self, core: Core, masks: Iterable[Masks] = ()) -> None:
         self._core = core
@@ -94,7 +94,7 @@ class Interrupts:
         return any(self._core.preempts(number, masks) for masks in self._masks)
 
     def from_peripherals(self, *, now: bool = True) -> list[int]:
-        """Return the enabled interrupts; ``now``: only those that can be taken."""
+        """Return the enabled interrupts of peripherals; with ``now``, only those that can be taken."""
         enabled = self._core.enabled >> FIRST_INTERRUPT << FIRST_INTERRUPT
         return [number for number in bits(enabled) if not now or self.preempts(number)]
 
@@ -103,7 +103,7 @@ class Interrupts:
         return (self._core.peek(_SYST_CSR) or 0) & _TICKING == _TICKING
 
     def why_no_tick(self) -> str:
-        """Return why SysTick's handler cannot run, or ""."""
+        """Return why SysTick's handler cannot run; "" if it can."""
         if not self.tick_on:
             return "SysTick is off: HAL_Init() was not called, or HAL_SuspendTick() was."
         if self.preempts(SYS_TICK):
@@ -124,11 +124,11 @@ class Interrupts:
 
 # -- the condition of a loop --------------------------------------------------------------------------------
 
-_PATIENCE_PS = 3 * PS_PER_S  # the 32 kHz crystal needs 2 s
+_PATIENCE_PS = 3 * PS_PER_S  # the 32 kHz crystal takes 2 s to start
 
 
 class Waits:
-    """``quiet_ps``: the time since the last outside event."""
+    """Finds loops that wait in vain. ``quiet_ps`` is the time since the last external event."""
 
     def __init__(self, chip: Chip, places: Places, quiet_ps: int) -> None:
         self._chip = chip
@@ -168,7 +168,7 @@ class Waits:
             at in changed for address in loop.variables for at in range(address, address + 4)
         )
         if counted and not why:
-            return None  # the timer's tick may end the loop
+            return None  # SysTick's handler may end the loop
         if counted and changed is not None:
             return Cause(short, [f"It is counted by SysTick's handler, which cannot run: {why}"])
         if why:
@@ -178,7 +178,7 @@ class Waits:
 
 # -- the loop -----------------------------------------------------------------------------------------------
 
-_HANDLER_AT_WORK_PS = 200 * PS_PER_MS  # longer than any correct handler
+_HANDLER_AT_WORK_PS = 200 * PS_PER_MS  # longer than any correct handler runs
 _WRONG_ENDS = {"Error_Handler", "_Error_Handler", "__assert_func", "assert_failed", "abort", "_exit"}
 _SP, _LR = 13, 14
 _FRAME_BYTES, _FRAME_PC = 0x20, 0x18
@@ -186,7 +186,7 @@ _SPSEL = 1 << 1  # CONTROL: Thread mode uses the process stack
 
 
 class Hang:
-    """The chip's state, its last outside event, and the bus problem."""
+    """Finds the loop in which the chip is stuck. ``bus``: a problem of the sensors' bus, if known."""
 
     def __init__(
         self,
@@ -335,7 +335,10 @@ class Hang:
         )
 
     def _outermost(self, loop: Loop) -> int:
-        """Return the loop's outermost call or last instruction, wherever the run ended."""
+        """Return the loop's outermost call, else its last instruction.
+
+        This address does not depend on the instruction at which the run ended.
+        """
         calls = [call.address for call in self._calls if call.address != self._pc]
         inside = [address for address in calls if {address, address - 2} & loop.code]
         return inside[-1] if inside else max(loop.code, default=self._pc)

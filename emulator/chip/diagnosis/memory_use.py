@@ -8,12 +8,12 @@ from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
 from fcu_emulator.emulator.chip.image import FirmwareImage
 from fcu_emulator.emulator.chip.memory_map import FLASH_MEMORY, FLASH_SIZE, RAM_MEMORY, RAM_SIZE
 
-_FULL = 0.9  # of the flash
-_LEFT = 10 * 1024  # bytes for heap and stack: printf of floats needs both
+_FULL = 0.9  # share of the flash
+_LEFT = 10 * 1024  # bytes for heap and stack; printf of floats uses both
 
 
 def flash_nearly_full(image: FirmwareImage) -> Diagnosis | None:
-    """Report flash with over nine tenths in use."""
+    """Report a flash that is over nine tenths full."""
     used = sum(len(one.data) for one in image.segments if FLASH_MEMORY.holds(one.address, one.address))
     if used < _FULL * FLASH_SIZE:
         return None
@@ -34,7 +34,7 @@ def ram_nearly_full(core: Core, places: Places) -> Diagnosis | None:
     if end is None or not RAM_MEMORY.start < end < places.stack_top or places.stack_top - end >= _LEFT:
         return None
     if RAM_MEMORY.end - places.stack_top >= _LEFT:
-        return None  # the heap lies behind the stack
+        return None  # the heap can be behind the stack
     left = places.stack_top - end
     deepest = (
         places.stack_top - core.lowest_stack if RAM_MEMORY.holds(core.lowest_stack, core.lowest_stack) else 0

@@ -1,6 +1,6 @@
-"""Detection of numbers that printf could not print, by the format strings in flash.
+"""Detection of numbers that printf could not print, with the help of format strings in flash.
 
-Matching never backtracks, so hostile formats cannot slow it.
+Matching never backtracks, so hostile formats cannot slow it down.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from fcu_emulator.emulator.chip.memory_map import FLASH_MEMORY
 _STRING = re.compile(rb"[\t\n\r\x20-\x7e]{3,255}\x00")
 _CONVERSION = re.compile(r"%[-+ #0]*\d*(?:\.\d+)?(?:hh|h|ll|l)?([diuxXfFeEgGcsp%])")
 LATEST_TEXT = 1 << 16
-"""The number of bytes that are checked, from the end of the output."""
+"""The number of bytes at the end of the output that are checked."""
 _MAX_FORMATS, _MAX_LINES = 500, 400
 _FLOATS, _INTEGERS = "fFeEgG", "diu"
 _SHOWN = 60
 
 _DOUBLE_STEP = 1 << 29
-"""printf gets a float as a double (C17 6.5.2.2), whose lowest 29 bits are then 0."""
+"""A float is passed to printf as a double (C17 6.5.2.2), whose lowest 29 bits are then 0."""
 
 
 class Format(NamedTuple):
@@ -45,7 +45,7 @@ class FormattedLine(NamedTuple):
 
 
 class PrintedLines:
-    """The latest lines with known formats."""
+    """The latest lines of the output whose formats are known."""
 
     def __init__(self, image: FirmwareImage, places: Places, text: bytes) -> None:
         self._image, self._places = image, places
@@ -59,7 +59,7 @@ class PrintedLines:
         return self._places.place(address) if address is not None else ""
 
     def address(self, made_by: Format) -> int | None:
-        """Return the instruction that loads a format; None if it is not found."""
+        """Return the address of the instruction that loads a format; None if it is not found."""
         for literal in self._words(made_by.address):
             function = self._places.function(literal)
             if function is not None:
@@ -85,7 +85,7 @@ class PrintedLines:
                 at = segment.data.find(wanted, at + 1)
 
     def _loads(self, start: int, literal: int) -> Iterator[int]:
-        """Return the instructions that load the word (A7.7.44)."""
+        """Return the addresses of instructions that load the word at ``literal`` (ARMv7-M ARM A7.7.44)."""
         address = start
         while address < literal:
             code = self._image.code(address, 4) or bytes(4)

@@ -1,7 +1,7 @@
 """A test for endless loops, in a copy of the core.
 
-A loop is endless if core and RAM repeat while the values that it reads stay the same. A loop that
-writes to peripherals, or has reads with side effects, is not endless.
+A loop is endless if a state of core and RAM occurs again while the values that the loop reads stay
+the same. A loop that writes to peripherals, or reads with side effects, does not count as endless.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from fcu_emulator.emulator.chip.registers import address_of, scb
 
 _LONGEST = 20_000  # instructions: a tenth of a second of wall time
 _LONGEST_HANDLER = 5_000
-_BELOW = 0x200  # bytes below SP for a called function
+_BELOW = 0x200  # bytes below SP that a called function may use
 _SP = 13
 _VTOR = address_of("SCB", scb.VTOR)
 
@@ -27,8 +27,9 @@ _VTOR = address_of("SCB", scb.VTOR)
 class Loop:
     """A loop that only repeats itself.
 
-    ``code``: instructions; ``variables``: RAM addresses that it reads; ``registers``: (peripheral,
-    offset, value) read; ``masks``: values of PRIMASK, BASEPRI and FAULTMASK.
+    ``code``: addresses of its instructions; ``variables``: RAM addresses that it reads;
+    ``registers``: (peripheral, offset, value) of each register that it reads; ``masks``: values of
+    PRIMASK, BASEPRI and FAULTMASK.
     """
 
     code: frozenset[int]
@@ -57,8 +58,9 @@ class Probe:
         copy.watch_memory(RAM, RAM + RAM_SIZE - 1)
 
     def resume(self, frame: int) -> None:
-        """Continue code interrupted at ``frame`` (ARMv7-M ARM B1.5.6). R4 to R11 keep the handler's
-        values.
+        """Restore the registers that exception entry saved at ``frame`` (ARMv7-M ARM B1.5.6).
+
+        R4 to R11 keep the handler's values.
         """
         saved = [self._core.peek(frame + 4 * n) or 0 for n in range(8)]
         names = ("r0", "r1", "r2", "r3", "r12", "lr", "pc", "xpsr")
@@ -83,7 +85,7 @@ class Probe:
             now = copy.core_state()
             if now == state and bytes(copy.ram) == ram:
                 return self._described(code)
-            if length == compared:  # Brent's algorithm: compare with a later state after twice as many steps
+            if length == compared:  # Brent's algorithm: compare with a newer state, for twice as many steps
                 state, ram = now, bytes(copy.ram)
                 length, compared = 0, 2 * compared
                 code.clear()
@@ -93,7 +95,7 @@ class Probe:
         return None
 
     def handle(self, exception: int) -> frozenset[int] | None:
-        """Run an exception handler. Return the changed RAM addresses, or None after other effects."""
+        """Run an exception handler. Return the changed RAM addresses, or None if it had other effects."""
         with closing(self._copy) as copy:
             return self._handle(copy, exception)
 

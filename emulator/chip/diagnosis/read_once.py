@@ -1,7 +1,7 @@
-"""A variable that is read once before a loop: ``volatile`` is missing.
+"""Detection of a variable without ``volatile`` that is read once, before a loop.
 
-A compiler may turn ``while (!ready) {}`` into one load and a loop without reads. A copy proves that
-only another value, loaded before the loop, keeps execution in it.
+A compiler may turn ``while (!ready) {}`` into one load and a loop without reads. Execution in a copy
+of the core proves it: the variable's present value ends the loop, and another value does not.
 """
 
 from __future__ import annotations
@@ -23,12 +23,11 @@ _OTHER_VALUES = (0, 1, 0xFFFF_FFFF, 0x7FFF_FFFF, 0x8000_0000)
 
 
 def read_once(core: Core, places: Places, loop: frozenset[int]) -> Cause | None:
-    """Report the variable whose earlier value led into the loop."""
+    """Report the variable whose earlier value is the reason for the loop."""
     condition = _Condition(core, max(loop))
     starts = _instructions(core, places, min(loop))
     seen = (condition.decided_by(start) for start in starts)
-    # the first match: of the starts that decide, the one farthest from the loop also executes the load of the
-    # address
+    # the first match is the farthest from the loop, so that execution also loads the variable's address
     variable = next(filter(None, seen), None)
     if variable is None:
         return None
@@ -59,7 +58,7 @@ def _instructions(core: Core, places: Places, begin: int) -> Iterator[int]:
 
 
 class _Variable(NamedTuple):
-    """``load`` is the address of the reading instruction."""
+    """A variable; ``load`` is the address of the instruction that reads it."""
 
     address: int
     load: int
@@ -99,7 +98,7 @@ class _Condition:
         return None
 
     def _stays(self, start: int, other: tuple[int, bytes] | None = None) -> bool | None:
-        """Return whether execution stays in the loop; None for other effects."""
+        """Return whether execution stays in the loop; None unless its only effect is one load."""
         copy = self._copy
         copy.ram[:] = self._ram
         if other is not None:

@@ -28,7 +28,7 @@ Kind: TypeAlias = Literal[
 ]
 
 KEEPS_SAMPLES_AWAY: frozenset[Kind] = frozenset({"callback", "timer", "bus", "clock"})
-"""Problems that stop or delay samples, so that numbers are wrong regardless of the arithmetic."""
+"""Kinds of problems that stop or delay samples, so that numbers are wrong even if the arithmetic is correct."""
 
 _INDENT = "  "
 
@@ -39,15 +39,17 @@ class Diagnosis:
 
     kind: Kind
     summary: str
-    """One line."""
+    """The problem in one line."""
     details: tuple[str, ...]
     fatal: bool = True
-    """Whether the firmware has failed. If False, it continues, but probably not as intended."""
+    """Whether the firmware has failed. If False, the firmware continues, but probably not as intended."""
     at_ps: int | None = None
     """The time of the failure, if known."""
     data: Mapping[str, str] = field(default_factory=dict, hash=False)
-    """The parts of the summary by name, for programs: for a formula ``file``, ``line``, ``step``, ``computed``,
-    ``formula`` (of the lab) and ``fields`` (the printed numbers that it explains).
+    """The parts of the summary by name, for programs.
+
+    The kind "formula" has ``file``, ``line``, ``step``, ``computed``, ``formula`` (of the lab) and ``fields`` (the
+    printed numbers that the problem explains).
     """
 
     def __str__(self) -> str:
@@ -67,10 +69,10 @@ def section(title: str, lines: list[str]) -> list[str]:
 
 
 def at(t_ps: int) -> str:
-    """Return virtual seconds as text, to the microsecond."""
+    """Return a virtual time as text, in seconds with six decimals."""
     return f"{t_ps / PS_PER_S:.6f} s"
 
 
 def milliseconds(duration_ps: int) -> str:
-    """Return a duration as text: ``2.1 ms``."""
+    """Return a duration as text, such as ``2.1 ms``."""
     return f"{duration_ps / PS_PER_MS:.3g} ms"

@@ -1,6 +1,6 @@
-"""Peripherals that were never or wrongly configured.
+"""Detection of peripherals that were configured wrongly or not at all.
 
-The linked functions show the program's intention.
+The functions in the firmware show the intention of the program.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ _CR1, _DIER, _PSC, _ARR, _USART_CR1, _BRR = 0x00, 0x0C, 0x28, 0x2C, 0x0C, 0x08
 _PE, _CEN, _UIE, _SPE, _UE, _TE = 1, 1, 1, 1 << 6, 1 << 13, 1 << 3
 _USART2_FUNCTION = 7  # AF7 (DS9716 table 9)
 _FURTHEST_OFF = 0.03  # larger errors of a baud rate garble bytes (AN3155 allows 2 to 3 %)
-_LAB_RATES_HZ = (800.0, 84e6 / 52 / 2000)  # the rate of the lab and of ST's examples
+_LAB_RATES_HZ = (800.0, 84e6 / 52 / 2000)  # the rates of the lab and of ST's examples
 _NEAR = 0.005
-_TICK_HZ = 1000.0  # the HAL's time base
+_TICK_HZ = 1000.0  # rate of the HAL's time base
 
 
 # -- the terminal -------------------------------------------------------------------------------------------
@@ -88,7 +88,7 @@ def printed_elsewhere(chip: Chip, signals: BoardSignals) -> Diagnosis | None:
 
 
 def wrong_baud(chip: Chip, signals: BoardSignals) -> Diagnosis | None:
-    """Report output that a real terminal would not show."""
+    """Report output that a real terminal would show as garbage."""
     name = signals.board.serial.peripheral
     usart = chip.core.peripherals[name]
     divider = usart.peek(_BRR)
@@ -130,7 +130,7 @@ def _other_bus_on(chip: Chip, signals: BoardSignals) -> str:
 
 
 def bus_never_on(chip: Chip, signals: BoardSignals, places: Places) -> Cause | None:
-    """Report calls of bus functions while no bus is on."""
+    """Report firmware that contains bus functions but has not switched a bus on."""
     peripherals = chip.core.peripherals
     talks = places.address_of(*_TALKS_TO_SENSORS) is not None
     used = any(bus.recent_transfers() for bus in signals.i2c.values()) or any(
@@ -166,7 +166,7 @@ _SR = 0x08
 
 
 def byte_left(chip: Chip, signals: BoardSignals) -> Cause | None:
-    """Report a byte left in the DR of an idle SPI."""
+    """Report a received byte that was left in the DR of an idle SPI."""
     for name, bus in signals.spi.items():
         status = chip.core.peripherals[name].peek(_SR)
         idle = all(signals.gpio.level(select[1], int(select[2:])) for select in bus.chip_selects)
@@ -192,7 +192,7 @@ def _left_in(name: str) -> Cause:
 
 
 def not_enabled(chip: Chip) -> Diagnosis | None:
-    """Report a requested interrupt that the NVIC does not enable."""
+    """Report a requested interrupt that is not enabled in the NVIC."""
     core = chip.core
     waiting = core.pending & ~core.enabled & ~core.active
     for number in bits(waiting >> FIRST_INTERRUPT << FIRST_INTERRUPT):
@@ -212,14 +212,14 @@ def not_enabled(chip: Chip) -> Diagnosis | None:
 
 
 def never_ticked(chip: Chip, signals: BoardSignals, places: Places) -> Diagnosis | None:
-    """Report a timer callback that no timer calls."""
+    """Report a timer callback that no timer has called."""
     if signals.clock.now_ps < 2 * PS_PER_S or any(timer.ticks for timer in chip.timers.values()):
         return None
     callback = places.address_of(CALLBACK)
     if callback is None or places.file(callback) in (
         _HAL_TIM,
         "",
-    ):  # the last check, because it reads all line numbers
+    ):  # this check is the last, because it reads all line numbers
         return None
     what, why = _why_no_ticks(chip, signals.board.timer.peripheral)
     where = places.place(callback)
@@ -245,7 +245,7 @@ def _why_no_ticks(chip: Chip, usual: str) -> tuple[str, str]:
 
 
 def wrong_rate(chip: Chip, signals: BoardSignals) -> Diagnosis | None:
-    """Report a lab timer with another rate than 800 Hz."""
+    """Report a lab timer with a rate other than 800 Hz."""
     if not any(word in signals.uart.received() for word in _LAB):
         return None
     timers = [timer for timer in chip.timers.values() if timer.ticks > 1 and timer.rate_hz]

@@ -28,8 +28,9 @@ class DebuggedBoard(Protocol):
 def serve(board: DebuggedBoard, port: int, halted: bool = False) -> GdbServer:
     """Listen for a debugger on ``port`` of 127.0.0.1; 0 selects a free port.
 
-    Use the server's ``run_until`` instead of the board's. ``halted``: wait before the first
-    instruction. Raises InputError without compiled firmware, and LinkError for an unavailable port.
+    Call the server's ``run_until`` instead of the board's. With ``halted``, the chip waits before its
+    first instruction. Raises InputError without compiled firmware, and LinkError for an unavailable
+    port.
     """
     firmware = board.chip
     if firmware is None:
@@ -77,7 +78,7 @@ reset                    reset the chip and halt it; then: maintenance flush reg
 
 
 class Monitor:
-    """Executes ``monitor`` commands; an invalid one gets an error message."""
+    """Executes ``monitor`` commands. The answer to an invalid command is an error message."""
 
     def __init__(
         self,
@@ -140,7 +141,7 @@ class Monitor:
         return "".join(f"{line}\n" for line in lines or [f"{peripheral.name} is not modelled"])
 
     def _reset_chip(self, arguments: list[str]) -> str:
-        """Reset and halt, like ``reset halt`` and ``reset init``."""
+        """Reset the chip and halt it; ``reset halt`` and ``reset init`` do the same."""
         del arguments
         self._reset()
         return "the chip has been reset and is halted\n"

@@ -1,12 +1,13 @@
 """The chip as a debugger's target.
 
-Decision: resuming from a breakpoint makes a single step first, in a separate run. A waiting loop
-with a breakpoint is therefore never skipped.
+Decision: to resume from a breakpoint, the core first makes a single step, in a separate run.
+Therefore a waiting loop that contains a breakpoint is never skipped.
 
-Decision: with a debugger, BKPT halts the core (ARMv7-M ARM C1.4.1), and execution resumes after it.
+Decision: with a debugger, BKPT halts the core (ARMv7-M ARM C1.4.1), and execution resumes after the
+BKPT.
 
-Decision: watchpoints monitor every load and store in one range that covers all of them, including
-registers. DMA and exception frames are not detected.
+Decision: one address range covers all watchpoints, also those on registers; each load and store in
+this range is checked. Accesses by DMA and to exception frames are not detected.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from fcu_emulator.emulator.clock import Clock
 
 # -- breakpoints and watchpoints ----------------------------------------------------------------------------
 
-_WIDEST_ACCESS = 8  # bytes of an access
+_WIDEST_ACCESS = 8  # bytes of the widest access
 _ALIASES = (
     (RAM, RAM_SIZE, memory_map.RAM_BITS),
     (memory_map.PERIPHERALS, memory_map.PERIPHERALS_SIZE, memory_map.PERIPHERAL_BITS),
@@ -37,7 +38,7 @@ _Range = tuple[Point, int, int, int]
 
 
 class Points:
-    """Points that are set in the core when it resumes.
+    """Breakpoints and watchpoints, which are set in the core when it resumes.
 
     ``accessed(point, address)`` is called during watched accesses.
     """
@@ -99,7 +100,7 @@ def _watched_ranges(point: Point) -> Iterator[_Range]:
 # -- the target ---------------------------------------------------------------------------------------------
 
 _THUMB = 1 << 24
-_EXCEPTION = 0x1FF  # of xPSR; the active exception cannot be changed
+_EXCEPTION = 0x1FF  # field of xPSR; a debugger cannot change the active exception
 _ALIGNMENTS = (4, 2, 1)
 
 
@@ -242,7 +243,7 @@ class CoreTarget:
         self._core.resume(self._single_step or on_point)
 
     def _reason(self) -> HaltReason | None:
-        """Return why the core halted; None after stepping past a breakpoint."""
+        """Return why the core halted; None if it has only stepped past a breakpoint."""
         hit, self._hit = self._hit, None
         self._on_bkpt |= self._core.halted_on_bkpt()
         if hit is not None:

@@ -1,5 +1,6 @@
-"""Registers, in the order of their packet numbers, and memory ("Target Descriptions", "Memory Map
-Format", "ARM Features").
+"""Description of registers, in the order of their packet numbers, and of memory.
+
+See "Target Descriptions", "Memory Map Format" and "ARM Features".
 
 Decision: floating-point registers are described as d0 to d15, because GDB derives s0 to s31 from
 them.
@@ -27,7 +28,7 @@ _SECTOR = 0x4000  # the smallest sector (RM0368 table 5)
 
 
 class GdbRegister(NamedTuple):
-    """A register in a debugger's packets. ``parts``: the low word first."""
+    """A register in a debugger's packets. ``parts`` are its words, the low word first."""
 
     name: str
     parts: tuple[str, ...]
@@ -65,7 +66,7 @@ ADDRESSES: Final = (
     ("ram", memory_map.OTG, memory_map.OTG_SIZE),
     ("ram", memory_map.PRIVATE, memory_map.PRIVATE_SIZE),
 )
-"""Kind, first address and size of each range. Registers count as RAM for a debugger."""
+"""Kind, first address and size of each range. Registers of peripherals count as RAM for a debugger."""
 
 
 def target_xml() -> bytes:
@@ -87,7 +88,7 @@ def target_xml() -> bytes:
 
 
 def memory_map_xml() -> bytes:
-    """Return the memory map; GDB uses hardware breakpoints in flash."""
+    """Return the memory map, because of which GDB uses hardware breakpoints in flash."""
     lines = [
         '<?xml version="1.0"?>',
         f"<!DOCTYPE memory-map PUBLIC {_MEMORY_MAP_DTD}>",

@@ -1,6 +1,6 @@
 """Packets and their parts ("Overview", "Packet Acknowledgment", "Interrupts").
 
-Every sequence of bytes is valid input.
+The input may be any sequence of bytes.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ class Arrival(Enum):
     """Arrivals other than packets."""
 
     INTERRUPT = auto()  # Ctrl-C at the debugger
-    RESEND = auto()  # the debugger requests the last packet
+    RESEND = auto()  # the debugger requests the latest packet again
     CORRUPT = auto()  # a packet with a wrong checksum
-    OVERLONG = auto()  # a packet longer than announced, dropped
+    OVERLONG = auto()  # a packet longer than PacketSize, which is dropped
 
 
 Received: TypeAlias = bytes | Arrival
@@ -104,7 +104,7 @@ class Framer:
 # -- parts of a payload -------------------------------------------------------------------------------------
 
 MOST_BYTES: Final = 0x1000
-"""Size of memory in one packet; GDB asks again for the rest."""
+"""Maximum size of the memory in one packet; GDB asks again for the rest."""
 
 _NUMBER = re.compile(rb"[0-9a-fA-F]{1,8}")
 _LARGEST_NUMBER = 0xFFFF_FFFF
@@ -112,7 +112,7 @@ _WIDEST_WATCHPOINT = 0x100
 
 
 class MalformedError(Exception):
-    """A protocol violation, which is answered by E01."""
+    """A violation of the protocol. The answer to it is E01."""
 
 
 def number(text: bytes) -> int:
@@ -134,7 +134,7 @@ def pair(text: bytes, separator: bytes = b",") -> tuple[int, int]:
 
 
 def from_hex(text: bytes) -> bytes:
-    """Parse bytes, two digits each."""
+    """Parse bytes of two hexadecimal digits each."""
     try:
         return bytes.fromhex(text.decode("ascii"))
     except ValueError:
@@ -142,7 +142,7 @@ def from_hex(text: bytes) -> bytes:
 
 
 def data_at(text: bytes, binary: bool = False) -> tuple[int, bytes]:
-    """Parse ``address,length:data``; the length must be right."""
+    """Parse ``address,length:data``; the length must be correct."""
     place, found, content = text.partition(b":")
     address, length = pair(place)
     data = content if binary else from_hex(content)
@@ -160,7 +160,7 @@ def word(text: bytes, size: int) -> int:
 
 
 def point(text: bytes) -> Point | None:
-    """Parse ``type,address,kind``; None for an unknown type. Conditions are refused."""
+    """Parse ``type,address,kind``; return None for an unknown type. Raises MalformedError for conditions."""
     kind, _, place = text.partition(b",")
     if kind not in (b"0", b"1", b"2", b"3", b"4"):
         return None

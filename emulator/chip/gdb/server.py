@@ -1,4 +1,4 @@
-"""The debugger's TCP socket on 127.0.0.1, served between slices of virtual time.
+"""The debugger's TCP socket on 127.0.0.1, served between short periods of virtual time.
 
 Decision: a debugger whose connection breaks counts as detached, so its breakpoints are removed and
 the firmware continues.
@@ -21,15 +21,15 @@ from fcu_emulator.emulator.clock import to_ps
 from fcu_emulator.emulator.errors import FirmwareError
 from fcu_emulator.emulator.host.loopback import listen
 
-_PATIENCE_S = 0.05  # of wall time for a halted target
+_PATIENCE_S = 0.05  # wall time to wait for a packet while the target is halted
 _CHUNK = 0x10000
-_SEND_TIMEOUT_S = 5.0  # of wall time for a debugger that does not read
-_MAX_CALLERS = 8  # connections without a packet so far
+_SEND_TIMEOUT_S = 5.0  # wall time to wait for a debugger that does not read
+_MAX_CALLERS = 8  # connections that have not yet sent a packet
 _BEFORE_A_PACKET = b"+-\x03"  # acknowledgements, and Ctrl-C
 
 
 class _Caller:
-    """A connection without a packet so far."""
+    """A connection that has not yet sent a packet."""
 
     def __init__(self, connection: socket.socket) -> None:
         self.socket = connection
@@ -48,9 +48,10 @@ class _Caller:
 
 
 class GdbServer:
-    """Serves ``target`` on ``port``, 0 for a free one. Raises LinkError.
+    """Serves ``target`` on ``port``; 0 selects a free port. Raises LinkError.
 
-    ``halted``: wait before the first instruction. ``killed``: the debugger has ended the run.
+    ``halted``: the target waits before its first instruction. ``killed``: the debugger has ended the
+    run.
     """
 
     def __init__(
@@ -76,7 +77,10 @@ class GdbServer:
         self.run_until_ps(to_ps(seconds))
 
     def run_until_ps(self, at_ps: int) -> None:
-        """Serve the debugger, and run unless halted. Raises FirmwareError without a debugger."""
+        """Serve the debugger, and run unless the target is halted.
+
+        Without a debugger, this raises FirmwareError if the firmware fails.
+        """
         self._serve(_PATIENCE_S if self.halted else 0.0)
         if self.halted or self.killed:
             return
@@ -119,7 +123,7 @@ class GdbServer:
                 self._receive()
 
     def _accept(self) -> None:
-        with suppress(OSError):  # the other side has already given up
+        with suppress(OSError):  # the other side has already closed the connection
             client, _ = self._listener.accept()
             if self._client is not None:
                 client.close()
@@ -131,7 +135,7 @@ class GdbServer:
                 self._hang_up(self._callers[0])
 
     def _hear(self, caller: _Caller) -> None:
-        """Read from a connection before its first packet."""
+        """Read from a connection that has not yet sent a packet."""
         if caller not in self._callers:  # another connection became the debugger
             return
         try:

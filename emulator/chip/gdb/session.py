@@ -1,9 +1,10 @@
 """A debugger's session ("Packets", "General Query Packets", "Stop Reply Packets").
 
-E01 answers a malformed packet, E02 an impossible request, the empty packet an unsupported one.
+The answers to errors are E01 for a malformed packet, E02 for an impossible request, and the empty
+packet for an unsupported request.
 
 Decision: the Z packets of software and hardware breakpoints have the same effect and do not change
-memory. Their number is unlimited.
+memory. At most 1000 breakpoints and watchpoints can be set.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from fcu_emulator.emulator.chip.memory_map import FLASH, FLASH_SIZE
 
 
 class StatePackets:
-    """Answers packets for a stopped target. Raises MalformedError."""
+    """Answers packets about registers and memory of a stopped target. Raises MalformedError."""
 
     def __init__(self, target: Target) -> None:
         self._target = target
@@ -75,7 +76,7 @@ class StatePackets:
         return OK if not data or self._target.write_memory(address, data) else REFUSED
 
     def flash(self, text: bytes) -> bytes:
-        """Answer the packets of GDB's ``load``; b"" for others."""
+        """Answer the packets of GDB's ``load``; return b"" for other packets."""
         name, _, rest = text.partition(b":")
         if name == b"FlashErase":
             address, length = packets.pair(rest)
@@ -121,7 +122,7 @@ class DebuggerExit(Enum):
 class GdbSession:
     """Answers packets about one target.
 
-    ``halted``: the target waits. ``ended``: the debugger has left.
+    ``halted``: the target is stopped. ``ended``: how the debugger has left, or None.
     """
 
     def __init__(self, target: Target, monitor: Callable[[str], str], send: Callable[[bytes], None]) -> None:
@@ -157,7 +158,7 @@ class GdbSession:
     # -- the interface for the server -------------------------------------------------------------------
 
     def handle(self, packet: bytes) -> None:
-        """Answer a packet; ignore it while the target runs."""
+        """Answer a packet; ignore the packet while the target runs."""
         if not self.halted:
             return
         command = self._commands.get(packet[:1])

@@ -1,7 +1,7 @@
 """Firmware files: ELF, Intel HEX and raw binary, from untrusted sources.
 
-Decision: the project has its own readers, in which every loop consumes bytes of the file or a
-budget of work. A forged file can keep pyelftools busy forever.
+Decision: the project has its own parsers, in which every loop is limited by the length of the file
+or by a budget of work. A forged file can keep pyelftools busy forever.
 """
 
 from fcu_emulator.emulator.chip.image.image import FirmwareImage, load_firmware, parse_firmware

@@ -30,7 +30,7 @@ class CType(Protocol):
 
     @property
     def leaves(self) -> int:
-        """Number of plain values: the cost of reading."""
+        """Number of plain values, a measure of the cost of a read."""
         ...
 
     def value(self, raw: bytes, offset: int) -> CValue: ...
@@ -38,7 +38,7 @@ class CType(Protocol):
 
 @dataclass(frozen=True)
 class Integer:
-    """Integers, enumerations, unsigned pointers."""
+    """Integers and enumerations, and pointers as unsigned integers."""
 
     size: int
     signed: bool
@@ -73,7 +73,7 @@ class Float:
 
 @dataclass(frozen=True)
 class Array:
-    """Elements of one type, which may be arrays."""
+    """Elements of one type, which may itself be an array."""
 
     element: CType
     count: int
@@ -94,7 +94,7 @@ class Array:
 
 @dataclass(frozen=True)
 class BitField:
-    """A bit field from bit ``low`` of the structure's byte."""
+    """A bit field that begins at bit ``low`` of a byte of the structure."""
 
     low: int
     bits: int
@@ -114,7 +114,7 @@ class BitField:
 
 @dataclass(frozen=True)
 class Member:
-    """A member. Members of anonymous structures count as their parent's."""
+    """A member of a structure. Members of an anonymous structure count as members of its parent."""
 
     name: str
     offset: int
@@ -177,7 +177,7 @@ def member_at(kind: CType, offset: int) -> str:
 
 
 class TypeReader:
-    """Creates each C type once. Raises DebugInfoError."""
+    """Creates each C type only one time. Raises DebugInfoError."""
 
     def __init__(self, info: DebugInfo) -> None:
         self._info = info
@@ -217,7 +217,7 @@ class TypeReader:
         raise DebugInfoError(f"a type is of kind 0x{entry.tag:02X}, which has no value here")
 
     def _enumeration(self, entry: DebugEntry) -> CType:
-        """Return the underlying type; signed by default if a constant is negative."""
+        """Return the underlying type. If the entry has none, a negative constant makes the type signed."""
         if AT_TYPE in entry.values:
             return self.type_of(entry)
         constants = [child.number(_AT_CONST_VALUE) or 0 for child in self._info.children(entry)]
@@ -273,7 +273,7 @@ def _base(entry: DebugEntry) -> CType:
 
 
 def _count(subrange: DebugEntry) -> int:
-    """Return the number of elements; GCC gives the highest index, or -1."""
+    """Return the number of elements. GCC gives the highest index instead, -1 for no elements."""
     count = subrange.number(_AT_COUNT)
     if count is None:
         highest = subrange.number(_AT_UPPER_BOUND)
@@ -284,7 +284,7 @@ def _count(subrange: DebugEntry) -> int:
 
 
 def _location(member: DebugEntry) -> int:
-    """Return the offset, in DWARF 2 an expression."""
+    """Return a member's offset, which DWARF 2 gives as an expression."""
     expression = member.block(_AT_MEMBER_LOCATION)
     if expression is None:
         return member.number(_AT_MEMBER_LOCATION) or 0
@@ -294,8 +294,9 @@ def _location(member: DebugEntry) -> int:
 
 
 def _first_bit(member: DebugEntry, bits: int, unit_size: int) -> int:
-    """Return the lowest bit from the structure's start (DWARF 5 section 5.7.6). Before DWARF 4,
-    entries count from the unit's highest bit.
+    """Return a bit field's lowest bit, counted from the structure's start (DWARF 5 section 5.7.6).
+
+    Before DWARF 4, entries count from the highest bit of the storage unit.
     """
     first = member.number(_AT_DATA_BIT_OFFSET)
     if first is None:
@@ -307,7 +308,7 @@ def _first_bit(member: DebugEntry, bits: int, unit_size: int) -> int:
 
 
 def _bounded(made: CType) -> CType:
-    """Limit a type: nested arrays can describe any size."""
+    """Return the type if it fits into the chip's memories; nested arrays can describe any size."""
     if made.size > CAPACITY or made.leaves > CAPACITY:
         raise DebugInfoError(f"a type has {made.size} bytes, more than the chip's memories")
     return made
@@ -318,12 +319,12 @@ def _bounded(made: CType) -> CType:
 _VARIABLE = 0x34
 _AT_LOCATION, _AT_ABSTRACT_ORIGIN, _AT_SPECIFICATION = 0x02, 0x31, 0x47
 _OP_ADDR = 0x03
-_MAX_VARIABLES = 1 << 16  # one element for each byte of RAM
+_MAX_VARIABLES = 1 << 16  # one variable for each byte of RAM
 _LONGEST_CHAIN = 8  # limit for damaged files; correct ones need two steps, to a declaration and to an origin
 
 
 class Variables:
-    """Variable types by address, because names may repeat. Raises DebugInfoError."""
+    """Types of variables by address, because several may have the same name. Raises DebugInfoError."""
 
     def __init__(self, info: DebugInfo) -> None:
         self._info = info

@@ -1,6 +1,6 @@
 """Conversion of Python values to bytes of a C type.
 
-InputErrors name the member, such as ``acc.AXIS_X``. Integers are never cut.
+Each InputError names the member, such as ``acc.AXIS_X``. Integers are never truncated.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ _FLOATS = {2: "<e", 4: "<f", 8: "<d"}
 def store(kind: CType, value: Any, raw: bytearray, offset: int, name: str) -> None:
     """Store ``value`` in ``raw``. Raises InputError.
 
-    Arrays take a sequence of their length. Structures take a sequence of all members, or an object
-    or mapping with some.
+    An array takes a sequence of the same length. A structure takes a sequence of all its members, or
+    an object or mapping with some of them.
     """
     if isinstance(kind, Float):
         raw[offset : offset + kind.size] = _float(kind, value, name)
@@ -96,7 +96,7 @@ def _float(kind: Float, value: Any, name: str) -> bytes:
         raise InputError(f"{name} must be a number, not {value!r}", kind="not_a_number")
     try:
         return struct.pack(_FLOATS[kind.size], value)
-    except OverflowError:  # as C converts it
+    except OverflowError:  # the result is infinity, as in C
         return struct.pack(_FLOATS[kind.size], math.copysign(math.inf, value))
 
 

@@ -21,12 +21,12 @@ _DWARF64 = 0xFFFF_FFF0  # lengths from this value on announce the 64-bit format
 
 
 class Budget:
-    """The work limit for reading a file, which may be forged.
+    """Limits the work to read one file, because files may be forged.
 
-    A kept object costs ``OBJECT``, which also limits memory.
+    Each object that is kept costs ``OBJECT``, so that the budget also limits memory.
     """
 
-    LIMIT = 10_000_000  # some seconds; the lab's solution takes 160,000
+    LIMIT = 10_000_000  # this takes some seconds; the lab's solution needs 160,000
     OBJECT = 32
 
     def __init__(self) -> None:
@@ -39,7 +39,7 @@ class Budget:
 
 
 class Cursor:
-    """A position in little-endian ``data``. Reads raise DebugInfoError at ``end``."""
+    """A position in little-endian ``data``. Reads beyond ``end`` raise DebugInfoError."""
 
     __slots__ = ("data", "end", "offset")
 
@@ -86,7 +86,7 @@ class Cursor:
         return text
 
     def unit(self) -> Cursor:
-        """Return a cursor over the unit, and skip it."""
+        """Return a cursor over the next unit, and skip that unit."""
         size = self.unsigned(4)
         if size >= _DWARF64:
             raise DebugInfoError(
@@ -151,11 +151,11 @@ FIXED_SIZES = {
 }
 
 Value = int | bytes
-"""Return bytes for blocks, expressions and inline strings, and a number for other forms."""
+"""An attribute's value: bytes for blocks, expressions and inline strings, a number for other forms."""
 
 
 def read_value(cursor: Cursor, form: int) -> Value:
-    """Return a value; 0 if the abbreviation contains it. Raises DebugInfoError."""
+    """Return a value, or 0 if the abbreviation contains the value. Raises DebugInfoError."""
     size = FIXED_SIZES.get(form)
     if size is not None:
         return cursor.unsigned(size)
@@ -187,12 +187,12 @@ class Abbreviation:
     has_children: bool
     attributes: tuple[tuple[int, int, int], ...]
     fixed_size: int | None
-    """Size of the values in bytes, if it is always the same."""
+    """Total size of the values in bytes; None if this size varies."""
 
 
 @dataclass(frozen=True)
 class Unit:
-    """A compilation unit; references count from ``start``."""
+    """A compilation unit. References are offsets from ``start``."""
 
     start: int
     first: int
@@ -202,7 +202,7 @@ class Unit:
 
 @dataclass(frozen=True)
 class DebugEntry:
-    """A debugging entry; ``values``: (form, value) by attribute."""
+    """A debugging entry; ``values`` has (form, value) by attribute."""
 
     unit: Unit
     offset: int
@@ -221,7 +221,7 @@ class DebugEntry:
 
 
 class DebugInfo:
-    """A file's entries. Methods raise DebugInfoError."""
+    """All debugging entries of a file. The methods raise DebugInfoError."""
 
     def __init__(self, sections: Sections, budget: Budget) -> None:
         self._info = sections.get(".debug_info")
@@ -283,7 +283,7 @@ class DebugInfo:
         return None
 
     def at_start(self, unit: Unit) -> DebugEntry:
-        """Return a unit's first entry, whose name is the source file."""
+        """Return a unit's first entry. Its name is the name of the source file."""
         return self._at(unit, unit.first)
 
     def name(self, entry: DebugEntry) -> str:

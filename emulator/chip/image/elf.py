@@ -52,10 +52,10 @@ class Elf(NamedTuple):
 
     segments: tuple[Segment, ...]
     sections: Sections | None
-    """None without a symbol table; ``note`` has the reason."""
+    """None if the file has no symbol table; ``note`` has the reason."""
     note: str = ""
     hard_float: bool = False
-    """Functions take floating-point numbers in S0 to S15."""
+    """Whether functions take floating-point numbers in S0 to S15."""
 
 
 class _ElfHeader(NamedTuple):
@@ -203,7 +203,7 @@ class _SectionHeader(NamedTuple):
 
 
 class Sections:
-    """Sections of an ELF file, the first of each name."""
+    """Sections of an ELF file. If a name repeats, its first section is used."""
 
     def __init__(self, data: bytes, offset: int, count: int, names: int) -> None:
         self.problem: str | None = None
@@ -223,7 +223,7 @@ class Sections:
         return name.encode() in self._by_name
 
     def get(self, name: str) -> bytes:
-        """Return decompressed contents, or b"". Raises DebugInfoError."""
+        """Return a section's contents, decompressed; b"" without the section. Raises DebugInfoError."""
         header = self._by_name.get(name.encode())
         if header is not None:
             raw = self._contents(header, name)
@@ -233,7 +233,7 @@ class Sections:
         return b"" if header is None else self._unpack_old(self._contents(header, old_style), old_style)
 
     def linked(self, name: str) -> bytes:
-        """Return the linked section: a symbol table's strings."""
+        """Return the section to which section ``name`` links, such as a symbol table's strings."""
         header = self._by_name[name.encode()]
         if header.link >= len(self._headers):
             raise DebugInfoError(f"{name} links to section {header.link}, which does not exist")
@@ -291,6 +291,6 @@ def string_at(strings: bytes, offset: int, longest: int) -> bytes:
 
 
 def printable(raw: bytes) -> str:
-    """Return a name that cannot control the terminal."""
+    """Return a name without characters that could control the terminal."""
     text = raw.decode("utf-8", "replace")
     return text if text.isprintable() else "".join(sign if sign.isprintable() else "?" for sign in text)

@@ -21,7 +21,7 @@ _MAX_PARAMETERS = 64
 
 
 class Parameter(NamedTuple):
-    """A parameter; ``points_to`` returns a pointer's target type, None if it has no size."""
+    """A parameter. For a pointer, ``points_to`` returns the target's type, None if that has no size."""
 
     name: str
     type: CType
@@ -62,7 +62,7 @@ class Functions:
         return name in self._entries[1]
 
     def is_defined(self, name: str) -> bool:
-        """Return whether the source defines a function, also one that the linker has removed."""
+        """Return whether the source defines a function, even if the linker has removed it."""
         return any(
             self._info.name(entry) == name and entry.number(_AT_DECLARATION) is None
             for entry in self._info.find(_SUBPROGRAM)
@@ -98,7 +98,7 @@ class Functions:
         return Parameter(self._info.name(described), self._types.type_of(described), points_to)
 
     def _described(self, entry: DebugEntry) -> DebugEntry:
-        """Return the entry with name and type."""
+        """Follow references, and return the entry that has name and type."""
         for _ in range(_LONGEST_CHAIN):
             origin = next((at for at in (_AT_ABSTRACT_ORIGIN, _AT_SPECIFICATION) if at in entry.values), None)
             referred = self._info.referred(entry, origin) if origin else None
@@ -120,5 +120,5 @@ class Functions:
     def _pointed(self, pointer: DebugEntry) -> CType | None:
         try:
             return self._types.type_of(pointer) if AT_TYPE in pointer.values else None
-        except DebugInfoError:  # a function, or a declared structure
+        except DebugInfoError:  # the target is a function, or a structure that is only declared
             return None

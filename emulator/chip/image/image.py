@@ -1,6 +1,7 @@
-"""A firmware as it would be flashed.
+"""The contents of a firmware file, as they would be written to flash.
 
-The vector table gives stack pointer and program counter (PM0214 2.3.4, ARMv7-M ARM B1.5.5).
+The vector table gives the initial stack pointer and program counter (PM0214 2.3.4, ARMv7-M ARM
+B1.5.5).
 
 Decision: the kind of a file is determined from its contents, because the suffix is only a name.
 """
@@ -20,7 +21,7 @@ from fcu_emulator.emulator.chip.image.symbols import Symbols
 from fcu_emulator.emulator.chip.memory_map import CHIP, FLASH_MEMORY, RAM_MEMORY
 from fcu_emulator.emulator.errors import FirmwareFileError
 
-_LARGEST_RAM = 512 * 1024  # of chips with the same memory map
+_LARGEST_RAM = 512 * 1024  # bytes in the largest chip with the same memory map
 
 Kind = Literal["elf", "hex", "bin"]
 
@@ -32,15 +33,15 @@ class FirmwareImage:
     path: Path
     kind: Kind
     segments: tuple[Segment, ...] = field(repr=False)
-    """By rising physical address, without overlaps."""
+    """Sorted by physical address, without overlaps."""
     stack_pointer: int
     """The initial stack pointer, word 0 of the vector table."""
     reset_vector: int
-    """Word 1: the reset handler, bit 0 set (Thumb)."""
+    """Word 1 of the vector table: the reset handler's address, with bit 0 set (Thumb)."""
     symbols: Symbols | None
     """None for HEX, BIN, or a stripped ELF."""
     hard_float: bool = False
-    """Functions take floating-point numbers in S0 to S15 (EF_ARM_ABI_FLOAT_HARD, IHI 0044)."""
+    """Whether functions take floating-point numbers in S0 to S15 (EF_ARM_ABI_FLOAT_HARD, IHI 0044)."""
     notes: tuple[str, ...] = ()
     """Notes for the user, one line each."""
 
@@ -98,7 +99,7 @@ def checked(
 
 
 def _check_reset(file: str, vector: int, segments: tuple[Segment, ...]) -> None:
-    """Check that the vector is odd (ARMv7-M ARM B1.5.3)."""
+    """Check that the reset vector is odd (ARMv7-M ARM B1.5.3) and points to code in flash."""
     start = vector & ~1
     if not FLASH_MEMORY.holds(start, start + 2):
         raise FirmwareFileError(
@@ -132,7 +133,7 @@ def load_firmware(path: str | Path) -> FirmwareImage:
 
 
 def parse_firmware(data: bytes, path: str | Path) -> FirmwareImage:
-    """Return firmware from its contents; ``path`` is for messages."""
+    """Return the firmware in ``data``; ``path`` is used in messages."""
     path = Path(path)
     file = str(path)
     if not data:
@@ -191,7 +192,7 @@ _TEXT_SAMPLE = 256  # bytes; a vector table has zero bytes, so it never looks li
 
 
 def read_binary(file: str, data: bytes) -> tuple[Segment, ...]:
-    """Return the file as flash. Raises FirmwareFileError."""
+    """Return the bytes of the file as contents of flash. Raises FirmwareFileError."""
     problem = _foreign(data)
     if problem:
         raise FirmwareFileError(file, problem, kind="other_file")

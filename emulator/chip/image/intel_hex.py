@@ -1,6 +1,7 @@
 """Intel HEX ("Hexadecimal Object File Format Specification", Intel, revision A, 1988).
 
-A record is ``:LLAAAATT<data>CC``, and the sum of its bytes is zero. Start addresses are not used.
+A record is ``:LLAAAATT<data>CC``, and the sum of its bytes is zero. Records of start addresses are
+ignored.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from fcu_emulator.emulator.chip.image.segments import Segment, check_place, join
 from fcu_emulator.emulator.chip.memory_map import CAPACITY
 from fcu_emulator.emulator.errors import FirmwareFileError
 
-_LONGEST_FILE = 16 * CAPACITY  # characters; a record with one byte needs 15
+_LONGEST_FILE = 16 * CAPACITY  # characters; a record with one data byte has 15
 _DATA, _END, _SEGMENT_BASE, _SEGMENT_START, _LINEAR_BASE, _LINEAR_START = range(6)
 _LENGTHS = {_END: 0, _SEGMENT_BASE: 2, _SEGMENT_START: 4, _LINEAR_BASE: 2, _LINEAR_START: 4}
 
@@ -31,7 +32,7 @@ def looks_like_hex(data: bytes) -> bool:
 
 
 def read_hex(file: str, data: bytes) -> tuple[Segment, ...]:
-    """Return contents by rising address. Raises FirmwareFileError."""
+    """Return the contents, sorted by address. Raises FirmwareFileError."""
     if len(data) > _LONGEST_FILE:
         raise FirmwareFileError(
             file,
@@ -98,7 +99,7 @@ def _record(file: str, where: str, text: bytes) -> HexRecord:
 
 
 def _placed(file: str, record: HexRecord, base: int, wraps: bool) -> list[Segment]:
-    """Return the data in memory; segments wrap inside 64 KB."""
+    """Return a record's data with its address; if it ``wraps``, the address stays in the 64 KB of ``base``."""
     first = record.data[: 0x10000 - record.address] if wraps else record.data
     rest = record.data[len(first) :]
     pieces = [Segment(base + record.address, first), Segment(base, rest)]

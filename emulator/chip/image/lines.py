@@ -11,7 +11,7 @@ from typing import NamedTuple
 from fcu_emulator.emulator.chip.image.dwarf import LINE_STRP, STRP, Budget, Cursor, Value, read_value
 from fcu_emulator.emulator.chip.image.elf import DebugInfoError, Sections, printable
 
-_LAST_LINE = 0x7FFF_FFFF  # a larger one is from a damaged table
+_LAST_LINE = 0x7FFF_FFFF  # a larger number is from a damaged table
 
 
 class SourceLine(NamedTuple):
@@ -30,7 +30,9 @@ class SourceLine(NamedTuple):
 
 
 class LineTable:
-    """Finds an address's line. Sequences at address 0 are removed functions (``--gc-sections``)."""
+    """Finds the line of an address. Sequences at address 0 are ignored: the linker has removed their
+    functions (``--gc-sections``).
+    """
 
     def __init__(self, sequences: Iterable[Sequence]) -> None:
         found = [one for one in sequences if one.addresses and one.addresses[0] != 0]
@@ -51,7 +53,7 @@ class LineTable:
         return SourceLine(sequence.paths[file], line)
 
     def ranges(self, is_wanted: Callable[[str], bool]) -> list[tuple[int, int]]:
-        """Return the begin and end of wanted files' code; neighbours are merged."""
+        """Return (begin, end) of the code of wanted files; adjacent ranges are merged."""
         found: list[tuple[int, int]] = []
         for sequence in self._sequences:
             wanted = [is_wanted(path) for path in sequence.paths]
@@ -82,7 +84,7 @@ def _words() -> array[int]:
 
 @dataclass
 class Sequence:
-    """Rows by address: row i is line ``lines[i]`` of ``paths[files[i] - first_file]``."""
+    """Rows by address: row i belongs to line ``lines[i]`` of ``paths[files[i] - first_file]``."""
 
     paths: list[str]
     first_file: int
@@ -96,9 +98,9 @@ class _LineProgramHeader(NamedTuple):
     instruction_length: int
     line_base: int
     line_range: int
-    lengths: bytes  # operands of standard opcodes, from 1 on
+    lengths: bytes  # number of operands of each standard opcode, from opcode 1 on
     paths: list[str]
-    first_file: int  # number of the first path: 1 before DWARF 5
+    first_file: int  # number of the first path: 1 before DWARF 5, else 0
 
 
 def read_sequences(sections: Sections, budget: Budget) -> Iterator[Sequence]:
@@ -134,7 +136,7 @@ def _header(program: Cursor, strings: dict[int, bytes], budget: Budget) -> _Line
 
 
 def _paths_2(program: Cursor, budget: Budget) -> list[str]:
-    """Read versions 2 to 4, which omit directory 0."""
+    """Return the paths in versions 2 to 4, whose tables omit directory 0."""
     folders = [b""]
     while folder := program.string():
         budget.spend(budget.OBJECT)
@@ -155,10 +157,10 @@ def _paths_5(program: Cursor, strings: dict[int, bytes], budget: Budget) -> list
 
 
 def _entries(program: Cursor, strings: dict[int, bytes], budget: Budget) -> list[tuple[bytes, int]]:
-    """Return (name, directory's number) pairs."""
+    """Return pairs of a name and the number of its directory."""
     columns = [(program.uleb128(), program.uleb128()) for _ in range(program.byte())]
     count, room = program.uleb128(), program.end - program.offset
-    if count > room:  # an entry may have no bytes, so the remaining bytes would not limit their number
+    if count > room:  # entries may be empty, so the end of the data does not limit their number
         raise DebugInfoError(f"a table of files announces {count} entries in {room} bytes")
     entries = []
     for _ in range(count):

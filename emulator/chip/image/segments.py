@@ -21,7 +21,7 @@ class Segment(NamedTuple):
 
 
 def join(file: str, pieces: Iterable[Segment]) -> tuple[Segment, ...]:
-    """Join pieces by rising address. Raises FirmwareFileError for overlaps or wrong addresses."""
+    """Sort pieces by address and join neighbours. Raises FirmwareFileError for overlaps or wrong addresses."""
     runs: list[tuple[int, list[bytes]]] = []
     end = -1
     for piece in sorted(piece for piece in pieces if piece.data):

@@ -1,6 +1,7 @@
 """Names and lines of a program. Damaged parts cause only a note.
 
-Decision: the symbol table is indexed on its first use, in one pass. Other runs have no cost.
+Decision: the symbol table is indexed on its first use, in one pass. Runs that never use it have no
+cost.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ class Definition(NamedTuple):
 
 
 class FunctionAt(NamedTuple):
-    """The function that contains an address, ``offset`` bytes after its even ``start``.
+    """The function that contains an address. The address is ``offset`` bytes after the even ``start``.
 
     ``name`` is the source name: ``main`` for ``main.constprop.0``.
     """
@@ -55,7 +56,7 @@ class FunctionAt(NamedTuple):
 
 
 class Symbol(NamedTuple):
-    """A function or variable; ``file`` is the source of a static one."""
+    """A function or variable. For a static one, ``file`` is its source file."""
 
     name: str
     address: int
@@ -67,7 +68,7 @@ class Symbol(NamedTuple):
 
 class _Function(NamedTuple):
     start: int
-    rank: int  # the lowest rank counts
+    rank: int  # of functions with the same start, the one with the lowest rank is used
     name: str
     size: int
 
@@ -145,7 +146,7 @@ class SymbolTable:
         return functions
 
     def _gap(self, index: int) -> int:
-        """Return the size up to the next function, for assembly."""
+        """Return the distance to the next function, because functions in assembly may have no size."""
         start = self._functions[index].start
         if index + 1 < len(self._functions):
             return self._starts[index + 1] - start
@@ -161,7 +162,7 @@ def _source_name(name: str) -> str:
 
 
 def _function(name: str, value: int, size: int, kind: int, binding: int) -> _Function | None:
-    """Return code with its name's rank: ``Default_Handler`` precedes its weak aliases."""
+    """Return a function with the rank of its name: ``Default_Handler`` precedes its weak aliases."""
     if kind == _FUNC:
         rank = {_GLOBAL: 0, _LOCAL: 1}.get(binding, 3)
     elif kind == _NOTYPE and size and FLASH_MEMORY.holds(value, value + size):
@@ -239,7 +240,7 @@ class Symbols:
         return kind.value(read_memory(address, kind.size) if kind.size else b"", 0)
 
     def variable_type(self, name: str) -> tuple[int, CType]:
-        """Raises SymbolError like :meth:`read_variable`."""
+        """Return a variable's address and type. Raises SymbolError."""
         symbol = self._symbol(name)
         if symbol.is_function:
             raise SymbolError(f"{name!r} must be a variable, not a function", kind="not_a_variable")
@@ -282,7 +283,7 @@ class Symbols:
         return symbol.address, self._functions.signature_at(symbol.address)
 
     def definition(self, name: str) -> Definition | None:
-        """Return the definition of a function, also of one that the linker has removed; None if it is unknown."""
+        """Return the definition of a function, even if the linker has removed it; None if it is unknown."""
         try:
             if self._functions is None or not self._functions.is_defined(name):
                 return None
@@ -294,7 +295,7 @@ class Symbols:
         return Definition(is_inlined, at.start if at else None, at.size if at else 0)
 
     def code_ranges(self, is_wanted: Callable[[str], bool]) -> list[tuple[int, int]]:
-        """Return the begin and end of wanted source files' code, ascending."""
+        """Return (begin, end) of the code of wanted source files, in ascending order."""
         return self._lines.ranges(is_wanted)
 
     def _symbol(self, name: str) -> Symbol:

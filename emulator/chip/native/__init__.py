@@ -1,6 +1,7 @@
 """The STM32F401 in C; ``fcu.h`` is the interface.
 
-Standard library only: building/library.py runs this file before installation.
+This file imports only the standard library, because building/library.py runs it before the
+installation.
 """
 
 from __future__ import annotations
@@ -13,16 +14,16 @@ from typing import Final
 
 FOLDER: Final = Path(__file__).parent
 _MARK: Final = re.compile(rb"fcu library \[([^\]]*)\] built with \[([^\]]*)\] \[([^\]]*)\]")
-"""As in library.c."""
+"""The text that library.c puts into the library."""
 
 
 def library_name(platform: str = sys.platform) -> str:
-    """Return the library's file name on a system."""
+    """Return the file name of the library on a platform."""
     return {"win32": "fcu.dll", "darwin": "libfcu.dylib"}.get(platform, "libfcu.so")
 
 
 def sources(folder: Path = FOLDER) -> list[Path]:
-    """Return the C sources, without generated ones; a wheel has none."""
+    """Return the C sources except generated ones. A wheel does not contain C sources."""
     return sorted(path for path in folder.rglob("*.[ch]") if path.parent.name != "generated")
 
 
@@ -46,7 +47,7 @@ def digest(folder: Path = FOLDER) -> str:
 
 
 def built_from(file: Path) -> tuple[str, str, str]:
-    """Return a library's source digest, compiler and compiler version; "" for another file."""
+    """Return the digest of a library's sources, its compiler and the compiler's version; "" for another file."""
     found = _MARK.search(file.read_bytes()) if file.is_file() else None
     digest, compiler, version = (part.decode() for part in found.groups()) if found else ("", "", "")
     return digest, compiler, version

@@ -19,7 +19,7 @@ _NAME = "fcu-emulator"
 
 
 def problem(folder: Path = FOLDER) -> str:
-    """Return the library's problem and its remedy, or ""."""
+    """Return the problem of the library and a remedy, or ""."""
     file = folder / library_name()
     if not file.is_file():
         return f"{file}: the C library is missing; {_remedy(folder)}"
@@ -38,9 +38,9 @@ def _remedy(folder: Path) -> str:
 
 
 def _installed_from() -> str:
-    """Return the folder, wheel or package for pip."""
+    """Return the folder, wheel or package from which pip can install again."""
     import json
-    from importlib.metadata import PackageNotFoundError, distribution  # 15 ms, for a rare message
+    from importlib.metadata import PackageNotFoundError, distribution  # takes 15 ms, for a rare message
 
     try:
         address = distribution(_NAME).read_text("direct_url.json")
@@ -51,7 +51,7 @@ def _installed_from() -> str:
 
 @cache
 def load() -> ctypes.PyDLL:
-    """Return the library. Raises InputError if missing, outdated or unsuitable."""
+    """Return the library. Raises InputError if it is missing, outdated or unsuitable."""
     if wrong := problem():
         raise InputError(wrong)
     file = FOLDER / library_name()

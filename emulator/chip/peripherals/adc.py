@@ -1,8 +1,8 @@
 """ADC1: timed regular conversions (RM0368 section 11), and the board's voltages.
 
-Without DMA or interrupt, continuous conversion pauses at EOC, and a read of DR returns the result
-for that time. An unconnected input reads 0 V. Notes report injected channels, triggers, analog
-watchdog and discontinuous mode as not modelled.
+Continuous conversion of one channel without DMA or interrupt pauses at EOC. A read of DR then
+converts the voltage at the time of the read. An unconnected input reads 0 V. Notes report injected
+channels, triggers, analog watchdog and discontinuous mode as not modelled.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ FULL_SCALE = 4095
 
 _BATTERY_CHANNEL, _VREFINT_CHANNEL = 9, 17
 _TEMPERATURE_CHANNELS, _VBAT_CHANNEL = (16, 18), 18
-"""Channels of the temperature sensor: the STM32F401 has it on both; ST's HAL for this chip converts 16."""
+"""The STM32F401 has its temperature sensor on both channels; ST's HAL for this chip converts channel 16."""
 _VREFINT_V = 1.21  # STM32F401xB/C datasheet: 1.18 to 1.24 V
 _V25_V, _SLOPE_V_PER_DEGC = 0.76, 0.0025
 _DIVIDER = 20 / 30  # 10k over 20k (steval_fcu001_v1.h of STSW-FCU001)
@@ -39,12 +39,13 @@ class AdcInputs:
         self._pins: dict[int, Volts] = {_BATTERY_CHANNEL: lambda: self.battery_v * _DIVIDER}
 
     def connect(self, channel: int, volts: Volts) -> None:
-        """Connect input 0 to 15 to a voltage."""
+        """Connect one of the inputs 0 to 15 to a voltage."""
         self._pins[channel] = volts
 
     def sample(self, channel: int, *, sensors: bool, vbat: bool) -> int:
-        """Return a 12-bit result. ``sensors``: CCR.TSVREFE. ``vbat``: CCR.VBATE, with a quarter of
-        the backup supply on channel 18.
+        """Return a 12-bit result. ``sensors`` is CCR.TSVREFE; ``vbat`` is CCR.VBATE.
+
+        CCR.VBATE connects a quarter of the backup supply to channel 18.
         """
         code = round(self._volts(channel, sensors, vbat) / VDDA_V * FULL_SCALE)
         return min(max(code, 0), FULL_SCALE)
@@ -133,7 +134,7 @@ class Adc(Peripheral, declared=DECLARED["ADC1"]):
         if cr2 & _TRIGGERS or value & adc.CR2.JSWSTART.mask:
             self.note("not modelled", "external-trigger", "CR2: external triggers and injected conversions")
         if not cr2 & _DMA:
-            self._wants_dma = True  # writing 0 and then 1 restarts requests (11.8.1)
+            self._wants_dma = True  # firmware restarts requests by writing 0 and then 1 (11.8.1)
         if not cr2 & _ADON:
             self._stop()
         elif value & _SWSTART and self._event is None:

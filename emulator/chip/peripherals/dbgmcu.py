@@ -1,5 +1,6 @@
-"""DBGMCU and system memory (RM0368 sections 23.6 and 24), with typical calibration (STM32F401xB/C
-datasheet).
+"""DBGMCU and system memory (RM0368 sections 23.6 and 24).
+
+The calibration values are typical ones (STM32F401xB/C datasheet).
 
 Freeze bits have no effect, because a halt stops virtual time.
 """
@@ -12,7 +13,7 @@ from fcu_emulator.emulator.chip.peripherals.peripheral import Peripheral
 from fcu_emulator.emulator.chip.registers import DECLARED
 
 SYSTEM_MEMORY = 0x1FFF_7A00
-"""The address of :func:`system_memory`."""
+"""The address of the bytes that :func:`system_memory` returns."""
 
 FLASH_KIB = 256
 
@@ -26,7 +27,7 @@ class Dbgmcu(Peripheral, declared=DECLARED["DBGMCU"]):
 
 
 def system_memory(board: int = 0) -> bytes:
-    """Return unique id, flash size and ADC calibration from ``SYSTEM_MEMORY``."""
+    """Return the bytes at ``SYSTEM_MEMORY``: unique id, flash size and ADC calibration."""
     memory = bytearray(b"\xff" * 0x30)
     # wafer coordinates, wafer number, lot number in ASCII (24.1)
     coordinates = _FIRST_COORDINATES + board & 0xFFFF_FFFF

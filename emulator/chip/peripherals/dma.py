@@ -1,4 +1,4 @@
-"""DMA1 and DMA2 (native/peripherals/dma.c) for the peripherals in Python."""
+"""Requests of the peripherals in Python to DMA1 and DMA2 (native/peripherals/dma.c)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def _number(line: str) -> int:
 
 
 class DmaLines:
-    """The request lines: :class:`fcu_emulator.emulator.chip.peripherals.peripheral.DmaRequests`."""
+    """Implements :class:`fcu_emulator.emulator.chip.peripherals.peripheral.DmaRequests`."""
 
     def __init__(self, chip: FcuChip) -> None:
         self._chip = chip

@@ -1,9 +1,9 @@
 """FLASH interface: erasing, programming, unlocking, wait states (RM0368 section 3).
 
 Operations take the datasheet's typical times (STM32F401xB/C, flash memory characteristics) and
-change the memory at their start. Without PG, or with another size than PSIZE, a store changes
-nothing and sets PGSERR or PGPERR. Wait states cost no time, but too few are noted (table 5, 2.7 to
-3.6 V).
+change the memory at their start. Without PG, or with a size other than PSIZE, a store changes
+nothing and sets PGSERR or PGPERR. Wait states take no time, but a note reports too few of them
+(table 5, 2.7 to 3.6 V).
 
 NOT MODELLED: instruction fetches do not wait for BSY. Option bytes are fixed: no sector is
 protected.
@@ -41,7 +41,7 @@ _ERASE_MS = {16 * _KB: (400, 300, 250), 64 * _KB: (1200, 700, 550), 128 * _KB: (
 _ERASE_ALL_MS = (4000, 2750, 2000)
 _HZ_PER_WAIT_STATE = 30_000_000
 _CHECK_AFTER_PS = PS_PER_MS
-"""Checked after this time, because latency and clock may be set in any order."""
+"""Wait states are checked after this time, because firmware may set latency and clock in any order."""
 
 
 def _bits(control: int) -> str:
@@ -49,7 +49,7 @@ def _bits(control: int) -> str:
 
 
 class Flash(Peripheral, declared=DECLARED["FLASH"]):
-    """The registers; the core contains the memory."""
+    """The registers of the interface. The core contains the memory."""
 
     def __init__(self, soc: Soc, name: str, base: int, irq: InterruptInput) -> None:
         super().__init__(soc, name, base)
@@ -65,7 +65,7 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
     def connect(
         self, memory: memoryview[int], programmed: Callable[[int, int], None], erased: Callable[[], None]
     ) -> None:
-        """Set the memory. Changes call ``programmed(offset, size)`` or ``erased()``."""
+        """Set the memory. Each later change calls ``programmed(offset, size)`` or ``erased()``."""
         self._memory, self._programmed, self._erased = memory, programmed, erased
 
     def reset(self) -> None:
@@ -91,7 +91,7 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
             self._check_later()
 
     def _unlock(self, key: int) -> None:
-        """Unlock CR after two keys; a wrong one locks it until reset (3.6.1)."""
+        """Unlock CR after two keys. A wrong key locks CR until reset (3.6.1)."""
         if self._key_refused:
             return
         if key != _UNLOCK[self._key_step]:
@@ -122,7 +122,7 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
     # -- operations (3.6) -------------------------------------------------------------------------------
 
     def store(self, offset: int, size: int, value: int) -> bool:
-        """Program bits from 1 to 0. Return False if refused (3.6.3)."""
+        """Program bits from 1 to 0. Return False if the store is refused (3.6.3)."""
         control = self.registers[CR]
         errors = 0 if control & _PG else _PGSERR
         if size != 1 << flash.CR.PSIZE.get(control):
@@ -162,7 +162,7 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
         self._begin(duration_ms * PS_PER_MS)
 
     def _begin(self, duration_ps: int) -> None:
-        """Set BSY. An earlier operation ends first (3.6.1)."""
+        """Set BSY. If an operation is running, the new one begins after it (3.6.1)."""
         begin_ps = self.soc.clock.now_ps
         if self._operation is not None:
             begin_ps = self._until_ps
@@ -183,7 +183,7 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
         self.note("refused", problem, text, errors=errors)
         self.registers[SR] |= errors
         if self.registers[CR] & _ERRIE:
-            self.registers[SR] |= _OPERR  # visible only with the error interrupt enabled (3.8.4)
+            self.registers[SR] |= _OPERR  # set only if the error interrupt is enabled (3.8.4)
         self._signal()
 
     # -- wait states ------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""The chip's pins in C, connected to the board's."""
+"""Connection of the chip's pins in C to the board's pins."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fcu_emulator.emulator.chip.library import PIN_CHANGED, FcuChip, PinTable
 from fcu_emulator.emulator.trace import GpioEdge
 
 PORTS: Final = "ABCDEH"
-"""In the order of ``port_index`` in chip.c."""
+"""The ports in the order of ``port_index`` in chip.c."""
 _NAMES: Final = tuple(tuple(f"P{port}{pin}" for pin in range(16)) for port in PORTS)
 _EDGE: Final = np.dtype(
     {
@@ -28,7 +28,7 @@ PinFunction: TypeAlias = tuple[str, int, int]
 
 
 class ConnectedPins:
-    """The chip's side of the pins of ``gpio``."""
+    """The chip's side of the pins in ``gpio``."""
 
     def __init__(self, chip: FcuChip, gpio: Gpio) -> None:
         self._chip = chip

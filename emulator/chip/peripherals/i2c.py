@@ -1,4 +1,4 @@
-"""The bus of an I2C peripheral in C."""
+"""Connection of an I2C peripheral in C to its bus."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ I2C_NAMES = ("I2C1", "I2C2", "I2C3")
 
 
 class ConnectedI2c:
-    """Connects a bus while ``pins`` (SCL and SDA) are switched to it."""
+    """Connects the peripheral to a bus while ``pins`` (SCL and SDA) are switched to the peripheral."""
 
     def __init__(self, chip: FcuChip, name: str, bus: I2CBus, pins: tuple[PinFunction, ...] = ()) -> None:
         self._bus, self._targets = bus, chip.targets
@@ -94,7 +94,7 @@ class ConnectedI2c:
         self._update()
 
     def _update(self) -> None:
-        """Update C after a change of faults or devices."""
+        """Update the state in C after a change of faults or devices."""
         kept = {
             address: self._targets.add(target)
             for address, target in self._bus.targets.items()

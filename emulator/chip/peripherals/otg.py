@@ -1,6 +1,7 @@
-"""OTG_FS without a cable, whose core can be reset and set up (RM0368 section 22.16).
+"""OTG_FS without a cable (RM0368 section 22.16).
 
-Transmit FIFOs stay empty, and no interrupt occurs.
+Firmware can reset and configure the core of OTG_FS. Transmit FIFOs stay empty, and no interrupt
+occurs.
 
 NOT MODELLED, with a note: everything that needs a connected host or device.
 """
@@ -12,7 +13,7 @@ from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, Peripheral, 
 GOTGCTL, GUSBCFG, GRSTCTL, GINTSTS, GRXFSIZ = 0x00, 0x0C, 0x10, 0x14, 0x24
 DIEPTXF0, GNPTXSTS, CID, DCFG, DSTS = 0x28, 0x2C, 0x3C, 0x800, 0x808
 _ENDPOINTS, _ENDPOINT_STEP = 4, 0x20
-DIEPINT, DTXFSTS = 0x908, 0x918  # of endpoint 0
+DIEPINT, DTXFSTS = 0x908, 0x918  # registers of endpoint 0
 _FIFOS = range(0x1000, 0x2_0000)
 
 _CONNECTOR_ID, _B_DEVICE = GOTGCTL, 1 << 16
@@ -40,7 +41,7 @@ _READ_ONLY = frozenset(_RESETS) - {GUSBCFG, GRXFSIZ, DIEPTXF0, CID, DCFG}
 
 
 class OtgFs(Peripheral):
-    """The controller's registers; those that no host changes keep their values."""
+    """The controller's registers. Registers without status bits keep the values that firmware writes."""
 
     def __init__(self, soc: Soc, name: str, base: int, size: int) -> None:
         super().__init__(soc, name, base, size)
@@ -59,7 +60,7 @@ class OtgFs(Peripheral):
         self.note("not modelled", "no-cable", "no USB cable is connected: a host never finds the device")
         value &= mask
         if offset == GRSTCTL:
-            if value & _CORE_RESET:  # this and the flush bits clear themselves at once
+            if value & _CORE_RESET:  # this bit and the flush bits clear themselves at once
                 self.reset()
         elif offset not in _READ_ONLY and offset not in _FIFOS:
             self._words[offset] = self._words.get(offset, 0) & ~mask | value

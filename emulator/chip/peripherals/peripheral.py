@@ -1,8 +1,8 @@
-"""The interface of a peripheral, and shared connections.
+"""The interface of a peripheral, and the connections that peripherals share.
 
-At an access, ``soc.clock.now_ps`` is exact and due events are handled. A peripheral computes its
-state when firmware reads it, or schedules events for interrupts, pins and DMA. ``write`` gets a
-mask of the accessed bits.
+When firmware accesses a register, ``soc.clock.now_ps`` is exact and all due events have been
+handled. A peripheral computes its state when firmware reads this state. It schedules events for
+interrupts, pins and DMA. ``write`` gets a mask of the accessed bits.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class InterruptLines(Protocol):
     """The NVIC's inputs, implemented by the core."""
 
     def set_line(self, number: int, level: bool) -> None:
-        """Set an input, numbered as IRQn. An active one becomes pending again after the handler."""
+        """Set input ``number`` (IRQn). An input that is active after its handler becomes pending again."""
         ...
 
 
@@ -53,14 +53,14 @@ class DmaRequests(Protocol):
     """The request lines of DMA1 and DMA2."""
 
     def request(self, line: str) -> bool:
-        """Make one transfer for ``line`` ("I2C2_RX", RM0368 tables 28, 29); False without a stream."""
+        """Make one transfer for ``line`` ("I2C2_RX", RM0368 tables 28, 29). Return False without a stream."""
         ...
 
     def remaining(self, line: str) -> int: ...
 
 
 class Memory(Protocol):
-    """The bus matrix for DMA (RM0368 section 2.1), for 1, 2 or 4 bytes."""
+    """DMA's accesses of 1, 2 or 4 bytes through the bus matrix (RM0368 section 2.1)."""
 
     def read(self, address: int, size: int) -> bytes | None: ...
 
@@ -143,7 +143,10 @@ class Peripheral:
         self._noted: set[tuple[str, str]] = set()
 
     def note(self, what: str, problem: str, text: str, **data: NoteValue) -> None:
-        """Add a note "forbidden", "refused" or "not modelled", once; see :class:`DeviceNote`."""
+        """Add a note "forbidden", "refused" or "not modelled" unless it was added before.
+
+        See :class:`DeviceNote`.
+        """
         if (what, text) not in self._noted:
             self._noted.add((what, text))
             self.soc.trace.add(DeviceNote(self.soc.clock.now_ps, self.name, what, text, problem, data))
@@ -167,13 +170,14 @@ class Peripheral:
             self.registers[offset] = self.registers[offset] & ~mask | value & mask
 
     def pure_read(self, offset: int) -> bool:
-        """Return whether a read has no side effect and is constant until ``next_change_ps()``."""
+        """Return whether a read has no side effect and its value is constant until ``next_change_ps()``."""
         del offset
         return True
 
     def read_with_validity(self, offset: int) -> tuple[int, int]:
-        """Return ``read`` and the time of its next change, or ``NOT_CACHEABLE_PS`` after a side
-        effect.
+        """Return the value of ``read`` and the time of its next change.
+
+        The time is ``NOT_CACHEABLE_PS`` if the read may have had a side effect.
         """
         pure = self.pure_read(offset)
         value = self.read(offset)
@@ -185,5 +189,5 @@ class Peripheral:
         return NOT_CACHEABLE_PS
 
     def next_change_ps(self) -> int:
-        """Return the time of the next change without access or event."""
+        """Return the time of the next change that happens without an access or event."""
         return NEVER_PS

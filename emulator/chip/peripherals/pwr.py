@@ -17,7 +17,7 @@ class Pwr(Peripheral, declared=DECLARED["PWR"]):
 
     @property
     def backup_writable(self) -> bool:
-        """PWR_CR.DBP allows writes of the backup domain (5.1.2)."""
+        """Whether PWR_CR.DBP allows writes to the backup domain (5.1.2)."""
         return bool(self.registers[CR] & _DBP)
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:

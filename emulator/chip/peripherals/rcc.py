@@ -1,7 +1,8 @@
 """RCC: clocks, gates, resets and reset flags (RM0368 section 6).
 
-Oscillators need typical start-up times (STM32F401xB/C datasheet). MCO1, MCO2, clock security,
-spread spectrum and xxxLPENR have no effect. The modelled 32 kHz crystal may be absent on the board.
+Oscillators take typical start-up times (STM32F401xB/C datasheet). MCO1, MCO2, clock security,
+spread spectrum and xxxLPENR have no effect. The model has a 32 kHz crystal, but the real board may
+not have one.
 """
 
 from __future__ import annotations
@@ -56,8 +57,8 @@ class Oscillators:
 _OTHER_CRYSTALS_HZ = (HSE_HZ, 8_000_000, 25_000_000, 12_000_000)  # of other boards
 
 NOMINAL = Oscillators()
-"""Oscillators for checks of the manual's limits, which a real oscillator within its tolerance does not
-violate.
+"""Exact oscillators for checks of the manual's limits. A real oscillator within its tolerance does not violate
+these limits.
 """
 
 
@@ -93,7 +94,7 @@ def pll(pllcfgr: int, oscillators: Oscillators = NOMINAL) -> PllOutput:
 
 
 def _fitting_crystal_hz(pllcfgr: int) -> int:
-    """Return another board's crystal that fits the settings, or 0."""
+    """Return the frequency of another board's crystal that fits the settings, or 0."""
     if not rcc.PLLCFGR.PLLSRC.get(pllcfgr):
         return 0
     fitting = (hz for hz in _OTHER_CRYSTALS_HZ if not pll(pllcfgr, Oscillators(hse_hz=hz)).problem())
@@ -112,7 +113,7 @@ class Frequencies:
     timer2_hz: int
 
     def problem(self) -> str:
-        """Return the exceeded limit, or "" (6.2: 84, 42 and 84 MHz)."""
+        """Return the exceeded limit of APB1 (42 MHz), or "". The PLL's limit keeps AHB and APB2 at 84 MHz (6.2)."""
         if self.pclk1_hz > 42_000_000:
             return f"APB1 runs at {self.pclk1_hz / 1e6:g} MHz; PPRE1 must make it 42 MHz or less"
         return ""
@@ -172,7 +173,7 @@ _RESET_FLAG = {
 _FLAGS = sum(bits.mask for bits in rcc.CSR.fields if bits.name.endswith("RSTF"))
 _RMVF, _BDRST, _RTCEN = masks(rcc.CSR.RMVF, rcc.BDCR.BDRST, rcc.BDCR.RTCEN)
 _CHECK_AFTER_PS = PS_PER_MS
-"""Checked after this time, because ST's HAL 1.6 divides APB1 after switching to the PLL."""
+"""Limits are checked after this time, because ST's HAL 1.6 switches to the PLL before it divides APB1."""
 
 
 @dataclass(frozen=True)
@@ -183,7 +184,7 @@ class _Source:
     on: int
     ready: int
     flag: int
-    """The bit in CIR, with its enable bit next."""
+    """The bit in CIR; ``enable`` is its enable bit."""
     enable: int
     start_ps: int
 
@@ -212,7 +213,7 @@ _OSCILLATORS = frozenset((CR, PLLCFGR, BDCR, CSR))
 
 
 class _Controlled:
-    """The peripherals that a register's bits gate or reset."""
+    """The peripherals whose clocks or resets the bits of a register control."""
 
     def __init__(self, names: Mapping[int, str], peripherals: Mapping[str, Peripheral]) -> None:
         known = [(bit, peripherals[name]) for bit, name in names.items() if name in peripherals]
@@ -223,7 +224,10 @@ class _Controlled:
         self._latest: dict[int, tuple[int, tuple[tuple[int, Peripheral], ...]]] = {}
 
     def of(self, bits: int) -> tuple[int, tuple[tuple[int, Peripheral], ...]]:
-        """Return a set of peripherals in C (bit n: index n), and those in Python with their bits."""
+        """Return the peripherals that ``bits`` select: a mask of those in C, and those in Python with their bits.
+
+        Bit n of the mask is the peripheral with index n.
+        """
         found = self._latest.get(bits)
         if found is None:
             if len(self._latest) >= _SETTINGS:
@@ -267,7 +271,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
     # -- for the other peripherals ---------------------------------------------------------------------------
 
     def control(self, peripherals: Iterable[Peripheral], chip: FcuChip | None = None) -> None:
-        """Set the peripherals, and switch their clocks off."""
+        """Set the peripherals to control, and switch their clocks off."""
         by_name = {peripheral.name: peripheral for peripheral in peripherals}
         self._chip = chip
         self._gated = {offset: _Controlled(names, by_name) for offset, names in ENABLE.items()}
@@ -282,7 +286,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         self._backup_listeners.append(reset)
 
     def rtc_hz(self) -> int:
-        """Return the RTC's clock; 0 if off or not ready (6.2.8)."""
+        """Return the frequency of the RTC's clock; 0 if the clock is off or not ready (6.2.8)."""
         bdcr = self.registers[BDCR]
         if not bdcr & _RTCEN:
             return 0
@@ -298,7 +302,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         self.registers[CSR] |= _RESET_FLAG["PIN"] | _RESET_FLAG[reason]
 
     def reset(self) -> None:
-        """Reset all but backup domain and reset flags (6.3.20, 6.3.21)."""
+        """Reset all registers except the backup domain and the reset flags (6.3.20, 6.3.21)."""
         kept = {BDCR: self.registers[BDCR], CSR: self.registers[CSR] & _FLAGS}
         for name in [name for name in self._starting if _SOURCES[name].register != BDCR]:
             self._starting.pop(name).cancel()
@@ -350,7 +354,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         self._update()
 
     def _keep_used_sources(self) -> None:
-        """Keep SYSCLK's source on (6.3.1)."""
+        """Do not switch off the oscillator and the PLL that SYSCLK uses (6.3.1)."""
         used = {_SYSCLK_SOURCES[rcc.CFGR.SWS.get(self.registers[CFGR])]}
         if "PLL" in used:
             used.add(self._pll_source())

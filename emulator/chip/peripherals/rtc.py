@@ -1,8 +1,8 @@
 """RTC: calendar, alarms, wake-up timer, backup registers, write protection (RM0368 section 17).
 
-INITF, RSF, WUTWF and ALRxWF are set at once; on the chip this takes two RTC clocks. Invalid dates
-carry over into the next unit. Notes report tamper, time stamp, calibration and 12 hour format as
-not modelled.
+INITF, RSF, WUTWF and ALRxWF are set at once; on the chip this takes two RTC clocks. An invalid date
+carries over into the next unit: 31 June is 1 July. Notes report tamper, time stamp, calibration and
+12 hour format as not modelled.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def from_bcd(value: int) -> int:
 
 
 def seconds_of(time_register: int, date_register: int) -> int:
-    """Return seconds since the century began, in 24 hour format."""
+    """Return the seconds since the century began, from TR and DR in 24 hour format."""
     months = max(from_bcd(date_register >> 8 & 0x1F), 1) - 1
     year = 2000 + from_bcd(date_register >> 16 & 0xFF) + months // 12
     day = datetime(year, months % 12 + 1, 1, tzinfo=UTC)
@@ -74,7 +74,7 @@ TR, DR, CR, ISR, PRER, WPR, SSR = offsets(rtc.TR, rtc.DR, rtc.CR, rtc.ISR, rtc.P
 _INITS, _RSF, _INITF, _INIT = masks(rtc.ISR.INITS, rtc.ISR.RSF, rtc.ISR.INITF, rtc.ISR.INIT)
 _WUTE, _WUTIE, _WUCKSEL = masks(rtc.CR.WUTE, rtc.CR.WUTIE, rtc.CR.WUCKSEL)
 _WUTF, _WUTWF = masks(rtc.ISR.WUTF, rtc.ISR.WUTWF)
-_ALARM_LINE, _WAKE_UP_LINE = 17, 22  # of EXTI (10.2.5)
+_ALARM_LINE, _WAKE_UP_LINE = 17, 22  # lines of EXTI (10.2.5)
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ _ALARMS = tuple(
 _BITS_THAT_ALLOW = {rtc.WUTR.addr: _WUTWF} | {
     offset: alarm.writable for alarm in _ALARMS for offset in (alarm.time, alarm.subseconds)
 }
-"""The bit of ISR that must be set before a register is written."""
+"""By register: the bit of ISR that must be set before a write."""
 _EVENT_FLAGS = _WUTF | sum(alarm.flag for alarm in _ALARMS)
 _EVENT_BITS = _WUTE | _WUTIE | _WUCKSEL | sum(alarm.on | alarm.interrupt for alarm in _ALARMS)
 _CR_MODELLED = _EVENT_BITS | rtc.CR.BYPSHAD.mask | rtc.CR.BKP.mask  # the last two have no visible effect
@@ -108,14 +108,14 @@ _BACKUP = range(rtc.BKPxR.addr, rtc.BKPxR.addr + rtc.BKPxR.count * rtc.BKPxR.ste
 
 
 class Rtc(Peripheral, declared=DECLARED["RTC"]):
-    """Real-time clock; only a backup domain reset resets it."""
+    """The real-time clock. Only a reset of the backup domain resets it."""
 
     def __init__(self, soc: Soc, name: str, base: int, pwr: Pwr, rcc: Rcc) -> None:
         super().__init__(soc, name, base)
         self._pwr = pwr
         self._rcc = rcc
         self._events: dict[int, Event] = {}
-        """The next wake-up or alarm, with its flag in ISR."""
+        """The next wake-up and the next alarms, by their flags in ISR."""
         self._set_line: Callable[[int, bool], None] = lambda _line, _level: None
         self._power_on()
         rcc.on_change(self._clock_changed)
@@ -136,7 +136,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
         self._signal()
 
     def reset(self) -> None:
-        """Lock the backup domain (17.3.5)."""
+        """Protect the registers against writes (17.3.5)."""
         self._keys = 0
 
     # -- registers --------------------------------------------------------------------------------------
@@ -166,7 +166,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
         return offset not in {TR, DR, SSR}
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
-        """Write if DBP and keys allow it, the calendar in initialisation mode only (17.3.5)."""
+        """Write a register if DBP and the keys allow it; the calendar also needs initialisation mode (17.3.5)."""
         value &= mask
         if offset == WPR:
             expected = _KEYS[self._keys] if self._keys < len(_KEYS) else None
@@ -205,7 +205,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
         )
 
     def _write_status(self, value: int, mask: int) -> None:
-        """Clear flags, which needs no keys, and enter or leave initialisation mode (17.3.5)."""
+        """Clear flags, for which no keys are needed; enter or leave initialisation mode (17.3.5)."""
         self.registers[ISR] &= ~_EVENT_FLAGS | value | ~mask
         self._signal()
         wanted = bool(value & _INIT)
@@ -215,7 +215,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
             self._refuse_without_keys(ISR)
 
     def _write_event(self, offset: int, value: int, mask: int) -> None:
-        """Write a register of an inactive alarm or timer, or while initialising."""
+        """Write a register of an alarm or timer that is off; in initialisation mode, this does not matter."""
         if self.registers[ISR] & (_BITS_THAT_ALLOW[offset] | _INITF):
             super().write(offset, value, mask)
         else:
@@ -319,7 +319,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
             self._plan(flag)
 
     def _plan(self, flag: int) -> None:
-        """Schedule the next event, unless initialising or without clock."""
+        """Schedule the next event, unless the calendar is stopped or has no clock."""
         self._cancel(flag)
         if not self._hz or self.registers[ISR] & _INITF:
             return
@@ -344,7 +344,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
         self._wake_up_at(cycles + self._wake_up_period())
 
     def _compare_after(self, alarm: _Alarm, cycles: int) -> None:
-        """Compare the calendar at the alarm's next subsecond after ``cycles``."""
+        """Schedule a comparison of the calendar at the alarm's next subsecond after ``cycles``."""
         steps_per_s = rtc.PRER.PREDIV_S.get(self.registers[PRER]) + 1
         instants = Subseconds.of(self.registers[alarm.subseconds], steps_per_s - 1)
         following = instants.after(cycles // self._asynchronous(), steps_per_s) * self._asynchronous()

@@ -11,13 +11,13 @@ _EXTENDED = 6  # WUCKSEL 6 and 7 add 2 ** 16
 
 
 def wake_up_unit(cr: int, cycles_per_s: int) -> int:
-    """Return the cycles per count of the wake-up timer (17.6.3)."""
+    """Return the number of cycles per count of the wake-up timer (17.6.3)."""
     selected = rtc.CR.WUCKSEL.get(cr)
     return 1 << _WAKE_UP_SHIFT[selected] if selected < len(_WAKE_UP_SHIFT) else cycles_per_s
 
 
 def wake_up_period(cr: int, wutr: int, cycles_per_s: int) -> int:
-    """Return the cycles between two wake-ups."""
+    """Return the number of cycles between two wake-ups."""
     extended = 1 << 16 if rtc.CR.WUCKSEL.get(cr) >= _EXTENDED else 0
     return ((wutr & 0xFFFF) + 1 + extended) * wake_up_unit(cr, cycles_per_s)
 
@@ -43,7 +43,7 @@ class Subseconds:
 
     first: int
     every: int
-    """The distance of these instants; 0 for a single instant."""
+    """The distance between two of these instants; 0 for a single instant."""
 
     @classmethod
     def of(cls, alrmssr: int, prediv_s: int) -> Subseconds:
@@ -53,7 +53,7 @@ class Subseconds:
         return cls(first, 1 << compared if compared else 0)
 
     def after(self, step: int, steps_per_s: int) -> int:
-        """Return the next instant after ``step``, counted from a full second."""
+        """Return the next selected instant after ``step``; both are steps from the same full second."""
         second, within = divmod(step, steps_per_s)
         if within < self.first:
             return second * steps_per_s + self.first

@@ -1,11 +1,11 @@
 """The devices at the chip's SPI peripherals.
 
-The chip reads most registers itself (:mod:`fcu_emulator.sensors.shared_registers`), and passes
-other messages to Python.
+The chip in C reads most registers of the sensors itself
+(:mod:`fcu_emulator.sensors.shared_registers`), and passes other messages to Python.
 
-The board's Bluetooth module is absent: SPI1 (PA5 to PA7), chip select PB0, reset PB2, interrupt
-PA4. The interrupt line is low, because a high level would keep HCI_Isr of ST's firmware in its
-loop.
+The board's Bluetooth module is not modelled. Its pins are SPI1 (PA5 to PA7), chip select PB0, reset
+PB2 and interrupt PA4. The interrupt line is low, because a high level would keep the loop in
+HCI_Isr of ST's firmware running.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ class _Calls(ctypes.Structure):
 
 
 class _SpiDevice:
-    """A sensor at its chip select, with its message."""
+    """A sensor with its chip select and its current message."""
 
     def __init__(self, wire: SpiWire, chip_select: str, target: SpiTarget) -> None:
         self.chip_select = chip_select
@@ -104,7 +104,7 @@ class _SpiDevice:
 
 
 class SpiWire:
-    """A bus at SPI1 to SPI3; ``gpio`` has the chip selects."""
+    """The bus of one of SPI1 to SPI3; ``gpio`` has the pins of the chip selects."""
 
     def __init__(self, chip: FcuChip, name: str, bus: SpiBus, gpio: Gpio) -> None:
         self._number = number = _number(name)
@@ -112,7 +112,7 @@ class SpiWire:
         self._clock, self._trace = chip.clock, chip.trace
         self.mode: Mode = 3
         self.wires: Wires = 3
-        """The host's clock settings, and the wires that it reads."""
+        """The host's clock mode, and the number of wires that it uses."""
         self._speed_hz = 0
         self._sensors = [_SpiDevice(self, name, bus.target(name)) for name in bus.chip_selects]
         called: tuple[Callable[..., Any], ...]
@@ -131,7 +131,7 @@ class SpiWire:
         bus.is_enabled = False
 
     def take_messages(self) -> None:
-        """Pass the chip's messages and unreceived bytes on."""
+        """Pass on the chip's messages, and the bytes that were sent while no sensor was selected."""
         library, handle, bus = self._chip.library, self._chip.handle, self._bus
         message, unaddressed = _CachedMessage(), _Unaddressed()
         while library.fcu_take_spi_message(handle, self._number, ctypes.byref(message)):
@@ -173,7 +173,7 @@ class SpiWire:
             kept.bytes_read(),
         )
         if target >= 0 and not sensor.received:
-            # take over the position that an earlier message has left in C
+            # take over the register address that an earlier message has left in C
             self._chip.targets.sync_position(target)
         sensor.target.select()
         sensor.target.write(bytes(sensor.written), self.mode)
@@ -194,7 +194,7 @@ class SpiWire:
 
     def _close(self, number: int) -> None:
         sensor = self._sensors[number]
-        self.take_messages()  # those before it
+        self.take_messages()  # earlier messages come first
         if sensor.written or sensor.received:
             now_ps = self._clock.now_ps
             self._bus.recent.append(
@@ -212,7 +212,7 @@ class SpiWire:
 
 
 def connect_absent_part(chip: FcuChip, part: AbsentPart, gpio: Gpio) -> None:
-    """Connect an absent module, whose first use is noted."""
+    """Connect a module that is not modelled. A note reports its first use."""
 
     def tried() -> None:
         chip.trace.add(DeviceNote(chip.clock.now_ps, part.name, "not modelled", part.note, "absent-part"))

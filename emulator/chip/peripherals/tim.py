@@ -13,7 +13,7 @@ from fcu_emulator.emulator.trace import TickLate, TickLost
 
 @dataclass(frozen=True)
 class Pwm:
-    """A PWM output; ``duty`` is its share of high time."""
+    """A PWM output; ``duty`` is the share of time with a high level."""
 
     frequency_hz: float
     duty: float
@@ -35,7 +35,7 @@ class TimerCalls(ctypes.Structure):
 
 
 class Timer(NativePeripheral):
-    """One timer that counts update interrupts."""
+    """One timer, with counts of its update interrupts."""
 
     def __init__(self, chip: FcuChip, index: int, name: str, base: int) -> None:
         super().__init__(chip, index, name, base)
@@ -44,7 +44,7 @@ class Timer(NativePeripheral):
 
     @property
     def ticks(self) -> int:
-        """Updates while the update interrupt was enabled."""
+        """Number of updates while the update interrupt was enabled."""
         count: int = self._counts.ticks
         return count
 
@@ -55,7 +55,7 @@ class Timer(NativePeripheral):
 
     @property
     def lost(self) -> int:
-        """Ticks at which the previous flag was still set."""
+        """Number of ticks at which the flag of the previous tick was still set."""
         count: int = self._counts.lost
         return count
 
@@ -71,7 +71,7 @@ class Timer(NativePeripheral):
         return rate
 
     def pwm(self, channel: int) -> Pwm | None:
-        """Return a PWM, or None (RM0368 12.3.9); TIM1 needs BDTR.MOE. Raises IndexError."""
+        """Return a channel's PWM output, or None (RM0368 12.3.9). TIM1 needs BDTR.MOE. Raises IndexError."""
         frequency, duty = ctypes.c_double(), ctypes.c_double()
         result = self._chip.library.fcu_timer_pwm(
             self._chip.handle, self.index, channel, ctypes.addressof(frequency), ctypes.addressof(duty)
@@ -86,7 +86,7 @@ class Timer(NativePeripheral):
 
 
 def connect_timers(chip: FcuChip) -> dict[str, Timer]:
-    """Return the timers by name. They report late and lost ticks to the trace."""
+    """Return the timers by name. From now on, they report late and lost ticks to the trace."""
     clock, trace = chip.clock, chip.trace
 
     def late(peripheral: int, wait_ps: int) -> None:

@@ -19,10 +19,10 @@ _SENT = ctypes.CFUNCTYPE(
 _REPLACED = ctypes.CFUNCTYPE(None, _i64, _i32, _i32)
 
 
-_KEPT = 0x1_0000  # bytes of a USART without a line
+_KEPT = 0x1_0000  # number of bytes that are kept for a USART without a line
 
 _STOP_BITS = (Fraction(1), Fraction(1, 2), Fraction(2), Fraction(3, 2))
-"""By CR2.STOP."""
+"""Number of stop bits, by CR2.STOP."""
 
 
 class UsartTable(ctypes.Structure):
@@ -43,7 +43,7 @@ PERIPHERAL_CLASSES["USART"] = Usart
 
 
 class ConnectedUsarts:
-    """Connects ``lines`` by USART name. Other USARTs' first bytes are kept."""
+    """Connects each USART in ``lines`` to its line. The first output bytes of other USARTs are kept."""
 
     def __init__(self, chip: FcuChip, lines: Mapping[str, Uart]) -> None:
         self._chip = chip
@@ -60,7 +60,7 @@ class ConnectedUsarts:
         for name, line in lines.items():
             line.connect(_Transceiver(chip, chip.peripherals[name]))
 
-    def _sent(  # as C calls it
+    def _sent(  # C calls it with these arguments
         self, peripheral: int, start_ps: int, num: int, den: int, connected: int, first: int, *piece: Any
     ) -> None:
         data, length, detailed = piece
@@ -88,7 +88,7 @@ class ConnectedUsarts:
 
 
 def wire_terminal(chip: FcuChip, name: str, pin: PinFunction, baud: int = BAUD) -> None:
-    """Connect a terminal at ``baud`` to a USART's ``pin``. A wrong rate is noted."""
+    """Connect a terminal at ``baud`` to a USART's ``pin``. A note reports a wrong rate."""
     port, number, function = pin
     index = chip.peripherals[name].index
     chip.library.fcu_usart_wire(chip.handle, index, PORTS.index(port), number, function, baud)

@@ -1,8 +1,8 @@
 """The watchdogs: IWDG on LSI (RM0368 section 15), and WWDG on PCLK1 / 4096 (section 16).
 
 LSI is 32 kHz in the model, but 17 to 47 kHz on the board. A reload of IWDG applies new settings
-(PVU and RVU are not modelled), but does not reset its prescaler. On the chip WWDG's first count may
-be shorter.
+(PVU and RVU are not modelled), but does not reset the prescaler. On the chip, the first count of
+WWDG may be shorter.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
         self._deadline_ps: int | None = None
         self._event: Event | None = None
         self._event_ps = 0
-        self._since_ps = 0  # start of the prescaler
+        self._since_ps = 0  # time at which the prescaler started
         self._same_until_ps = NOT_CACHEABLE_PS
 
     def reset(self) -> None:
@@ -62,7 +62,7 @@ class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
             self._reload()
 
     def _reload(self) -> None:
-        """Reload. A later reset is scheduled only when the earlier event fires."""
+        """Reload the counter. A later deadline is scheduled only when the event of the earlier one is due."""
         divider = 4 << min(self.registers[IWDG_PR], 6)
         if self._deadline_ps is None:
             self._since_ps = self.soc.clock.now_ps
@@ -103,11 +103,13 @@ class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
 WWDG_CR, WWDG_CFR, WWDG_SR = offsets(wwdg.CR, wwdg.CFR, wwdg.SR)
 
 _WDGA, _EWI, _EWIF = masks(wwdg.CR.WDGA, wwdg.CFR.EWI, wwdg.SR.EWIF)
-_T6 = 1 << 6  # highest bit of CR.T: the chip is reset if it is 0
+_T6 = 1 << 6  # highest bit of CR.T: the chip is reset if this bit is 0
 
 
 class Wwdg(Peripheral, declared=DECLARED["WWDG"]):
-    """The window watchdog, which resets the chip below 0x40, or if written above the window."""
+    """The window watchdog. It resets the chip if its counter is below 0x40, or if CR is written while the
+    counter is above the window.
+    """
 
     def __init__(self, soc: Soc, name: str, base: int, irq: InterruptInput) -> None:
         super().__init__(soc, name, base)
@@ -184,7 +186,7 @@ class Wwdg(Peripheral, declared=DECLARED["WWDG"]):
             self._plan()
 
     def _plan(self) -> None:
-        """Schedule the early wake-up at 0x40, or the reset after it."""
+        """Schedule the early wake-up, at the count 0x40, or else the reset after it."""
         if self._event is not None:
             self._event.cancel()
             self._event = None

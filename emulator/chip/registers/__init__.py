@@ -1,6 +1,7 @@
 """The registers of the chip's peripherals, by chapter of the manual.
 
-The C headers, rows of the fidelity table and ``fcu registers TIM9`` come from them.
+The C headers, the rows of the fidelity table and the output of ``fcu registers TIM9`` are generated
+from these declarations.
 """
 
 from __future__ import annotations
@@ -38,25 +39,25 @@ KINDS: Final[tuple[ModuleType, ...]] = (
     *(crc, pwr, rcc, syscfg, gpio, dma, exti, adc, tim, iwdg, wwdg, rtc, i2c, usart, spi, flash, dbgmcu),
     *(systick, nvic, scb, dwt),
 )
-"""The declared peripherals in the order of the reference manual, followed by the core's."""
+"""The declared peripherals in the order of the reference manual, followed by those of the core."""
 
 IN_C: Final[tuple[ModuleType, ...]] = (
     *(crc, syscfg, gpio, dma, exti, tim, i2c, usart, spi),
     *(systick, nvic, scb, dwt),
 )
-"""C headers are generated for these."""
+"""The peripherals for which C headers are generated."""
 
 DECLARED: Final[dict[str, DeclaredPeripheral]] = {
     name: peripheral(module, name) for module in KINDS for name in module.INSTANCES
 }
-"""Every declared peripheral by the manual's name."""
+"""All declared peripherals, by their names in the manual."""
 
 SYSTEM_CONTROL_SPACE: Final = ("SysTick", "NVIC", "SCB")
 """These peripherals share one address range."""
 
 
 def address_of(peripheral_name: str, register: type[Word]) -> int:
-    """Return a register's address; of several, the first's."""
+    """Return the address of a register, or of the first of several such registers."""
     place = "SCS" if peripheral_name in SYSTEM_CONTROL_SPACE else peripheral_name
     return memory_map.ADDRESSES[place][0] + register.addr
 

@@ -1,7 +1,7 @@
 """C headers of registers, memory map and DMA requests.
 
-``CR1`` is an offset, ``CR1_UE`` a field, ``CR2_STOP_SHIFT`` its lowest bit, ``CR1_RESET`` the value after reset,
-``CR1_STORED`` the bits that store values. ``C_PREFIX`` precedes names that C already uses.
+``CR1`` is an offset, ``CR1_UE`` a field, ``CR2_STOP_SHIFT`` the lowest bit of a field, ``CR1_RESET`` the value after
+reset, ``CR1_STORED`` the bits that store values. ``C_PREFIX`` precedes names that C already uses.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _PER_LINE = 8
 
 
 def write_headers(folder: Path) -> None:
-    """Write all headers to ``folder``; an unchanged header keeps its time."""
+    """Write all headers to ``folder``. The file of an unchanged header is not written again."""
     folder.mkdir(exist_ok=True)
     texts = headers()
     for path in folder.glob("*.h"):
@@ -43,7 +43,7 @@ def headers() -> dict[str, str]:
 
 _MEMORY = ("FLASH", "RAM", "SYSTEM_MEMORY", "PERIPHERALS", "OTG", "PRIVATE")
 _C_NAMES = {"FLASH": "FLASH_R", "ROM table": "ROM_TABLE"}
-"""FLASH is called FLASH_R as in ST's headers, because FLASH is the memory there."""
+"""FLASH is called FLASH_R, as in ST's headers, because the name FLASH belongs to the memory."""
 
 
 def _memory_map() -> str:
@@ -133,7 +133,7 @@ def _number(first: int) -> str:
 
 
 def _tables(module: ModuleType, kind: str) -> Iterator[str]:
-    """Return the offsets, and bits by offset / 4 if peripherals differ."""
+    """Return a table of offsets and, if the peripherals differ, tables of their bits and reset values."""
     peripherals = [peripheral(module, name) for name in module.INSTANCES]
     offsets = sorted({register.offset for one in peripherals for register in one.registers})
     texts = [f"0x{offset:02X}" for offset in offsets]

@@ -1,4 +1,4 @@
-"""The declaration of a peripheral's 32-bit registers, and of differences within a kind."""
+"""Declarations of 32-bit registers, and of differences between peripherals of the same kind."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Word(Register, size=4):
 
 @dataclass(frozen=True)
 class Variant:
-    """A register that differs from those of its kind; ``bits`` are the existing ones."""
+    """A register that differs from the declaration of its kind; ``bits`` are the bits that exist."""
 
     bits: int = WORD
     reset: int | None = None
@@ -60,7 +60,7 @@ class PeripheralRegister:
         return self.declared.stored_mask & self.exists
 
     def fields(self) -> Iterator[Field]:
-        """Return the fields, upper ones first."""
+        """Return the fields, the upper fields first."""
         for bits in self.declared.fields:
             if bits.mask & self.exists:
                 yield from (
@@ -71,7 +71,7 @@ class PeripheralRegister:
 
 @dataclass(frozen=True)
 class DeclaredPeripheral:
-    """A peripheral by the manual's name; ``source`` is the chapter."""
+    """A peripheral with its name in the manual; ``source`` is the chapter."""
 
     name: str
     title: str
@@ -118,7 +118,7 @@ class DeclaredPeripheral:
         return {register.offset: register.stored for register in self.registers}
 
     def without_behaviour(self) -> list[str]:
-        """Return unmodelled registers, and fields as ``REGISTER.FIELD``."""
+        """Return unmodelled registers, and unmodelled fields as ``REGISTER.FIELD``."""
         names: dict[str, None] = {}
         for register in self.registers:
             kind = register.declared
@@ -136,7 +136,7 @@ def offsets(*registers: type[Word]) -> tuple[int, ...]:
 
 
 def masks(*fields: Bits) -> tuple[int, ...]:
-    """Return the bits of fields."""
+    """Return the masks of fields."""
     return tuple(bits.mask for bits in fields)
 
 

@@ -14,7 +14,7 @@ REQUESTS = (
     *(f"{name}_{direction}" for name in ("USART1", "USART2", "USART6") for direction in ("RX", "TX")),
     *(f"TIM{number}_UP" for number in range(1, 6)),
 )
-"""The modelled request lines (tables 28 and 29). In C a line's number is its position here, from 1."""
+"""The modelled request lines (tables 28 and 29). In C, a line's number is its position here, counted from 1."""
 
 
 class LISR(Word, addr=0x00, access="r"):

@@ -15,7 +15,9 @@ VARIANTS = {
     },
     "GPIOB": {"MODER": Variant(reset=0x280), "OSPEEDR": Variant(reset=0xC0), "PUPDR": Variant(reset=0x100)},
 }
-"""The debug port's pins. Some revisions of RM0368 print 0x0C00 0000 for MODER of port A, against section 8.3.1."""
+"""The debug port's pins. Some revisions of RM0368 print 0x0C00 0000 for MODER of port A, which contradicts section
+8.3.1.
+"""
 
 
 class MODER(Word, addr=0x00):

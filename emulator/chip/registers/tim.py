@@ -12,7 +12,7 @@ INSTANCES = ("TIM1", "TIM2", "TIM3", "TIM4", "TIM5", "TIM9", "TIM10", "TIM11")
 def _variants(
     channels: int, *, bits: int = 16, advanced: bool = False, up_only: bool = False, remap: int = 0
 ) -> dict[str, Variant]:
-    """Return the registers of a timer; ``remap``: its field of OR."""
+    """Return the registers of a timer; ``remap`` has the bits of its field in OR."""
     ones = (1 << bits) - 1
     compare = (1 << channels) - 1
     flags = 0x41 | compare << 1 | (0xA0 if advanced else 0)
