@@ -76,7 +76,7 @@ def _explained(
 def _missing_calls(
     firmware: str | Path, rubric: Rubric, results: Mapping[str, CheckResult]
 ) -> list[tuple[frozenset[str], Diagnosis]]:
-    """Return failed checks with the function that the program has for them and does not call."""
+    """Return failed checks, each with a diagnosis of a function that the program has and does not call."""
     from fcu_emulator.emulator.explain.calls import never_called
 
     assert rubric.explain is not None
@@ -103,7 +103,7 @@ def _with_causes(
 ) -> RunEvidence:
     """Return the evidence with missing calls and wrong formulas first.
 
-    A formula replaces the causes that only compare its numbers with the truth.
+    A wrong formula replaces the causes that only compare the same numbers with the truth.
     """
     from fcu_emulator.emulator.explain.explanation import first_of
 
@@ -118,7 +118,7 @@ def _with_causes(
 def _outputs(
     rubric: Rubric, exercise: str, run: str, results: Mapping[str, CheckResult]
 ) -> Iterator[ShownNumber]:
-    """Yield a run's wrong numbers that a student sees."""
+    """Yield the wrong numbers of a run in checks that a student sees."""
     from fcu_emulator.emulator.explain.explanation import ShownNumber
 
     assert rubric.explain is not None
@@ -138,9 +138,10 @@ def _outputs(
 def explained_run(
     firmware: str | Path, rubric: Rubric, limits: Limits, wrong: Sequence[ExpectField] | None = None
 ) -> list[Diagnosis]:
-    """Return the wrong formula behind wrong numbers of a run, or [].
+    """Return a diagnosis of the wrong formula that causes wrong numbers in a run, or [].
 
-    ``wrong``: the numbers to explain, which must be in visible checks of the rubric; None: all that the program prints.
+    ``wrong``: the numbers to explain, if they are in visible checks of the rubric. None: all
+    numbers of visible checks.
     """
     if rubric.explain is None:
         return []
@@ -162,7 +163,7 @@ def explained_run(
 
 
 def cause_of(one: Diagnosis) -> DiagnosedCause:
-    """Return a diagnosis as a part of a verdict."""
+    """Return a diagnosis in the form for verdicts."""
     return DiagnosedCause(
         kind=one.kind, summary=one.summary, details=one.details, fatal=one.fatal, data=dict(one.data)
     )
