@@ -392,7 +392,7 @@ class _Screen:
                 )
 
     def _is_written(self, name: str, advice: str) -> bool:
-        """Return whether an exercise has points, or the program advised functions or wrong lines."""
+        """Return whether an exercise has points, or its program has advised functions or wrong lines."""
         if any(one.points for one in self._verdict.of(name)):
             return True
         functions = _FUNCTION.findall(advice)

@@ -76,7 +76,7 @@ def _file(help_text: str, *names: str) -> Any:
     return option(*names, type=PATH, metavar="FILE", help=help_text)
 
 
-# -- Options of a single command
+# -- Options of a single command-----------------------------------------------------------------------------
 # ---------------------------------------------------------------------------------------
 
 

@@ -92,7 +92,7 @@ class _SerialPort:
             raise LinkError(f"{name}: {getattr(error, 'strerror', None) or error}") from error
 
     def read(self) -> bytes | None:
-        try:  # only available bytes: if the port closes during a longer read, pyserial loses them
+        try:  # only available bytes: if the port closes during a longer read, pyserial loses bytes
             data: bytes = self._device.read(max(1, min(self._device.in_waiting, _CHUNK)))
         except self._errors:
             return None
