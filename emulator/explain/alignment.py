@@ -152,7 +152,7 @@ class Alignment:
         return samples[:, -self._poses :]
 
     def _addresses(self, samples: Samples) -> list[int]:
-        """Return the instructions that compute these values, or [] if there is no proof."""
+        """Return the instructions that compute these values, or [] without proof."""
         last = self._last(samples)
         tolerance = self._evaluator.tolerance(last)
         if (

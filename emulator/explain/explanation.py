@@ -76,7 +76,7 @@ def explain_numbers(
 ) -> list[Explanation]:
     """Return explanations of wrong outputs, in the order of the formulas. Each mistake appears one time.
 
-    Return [] if there is no explanation, or if the firmware fails in a pose.
+    Return [] if none is found, or if the firmware fails in a pose.
     """
     probed = probe(firmware, arithmetic.inputs, limits)
     if probed is None:
@@ -244,7 +244,7 @@ class _Explainer:
             yield from filter(None, (source_text(self._probed.image, symbols.line_at(site)),))
 
     def _part(self, mistake: Mistake, place: str) -> Iterator[str]:
-        """Yield the line, if another, in which the same function first has the wrong part's value.
+        """Yield the line where the same function first gets the wrong part's value, if it is another line.
 
         If a whole value is used in place of another, yield where the program computes it.
         """

@@ -3,8 +3,8 @@
 An archive is refused if it has links, devices, encrypted or duplicate files, names that lead out of
 the folder, too much data, or too high a compression ratio.
 
-Decision: entries are first counted by their signatures, because parsing a huge directory would take
-too much memory. ``ZipFile.extractall`` was rejected: it has no limits.
+Decision: entries are first counted by their signatures, because parsing a huge directory of entries
+would take too much memory. ``ZipFile.extractall`` was rejected: it has no limits.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Evaluation of one program by a rubric, in this process.
 
-There is no limit of wall time, because the machine's load must not change a verdict.
+Wall time is not limited, because the machine's load must not change a verdict.
 """
 
 from __future__ import annotations

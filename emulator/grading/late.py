@@ -53,7 +53,7 @@ Amount = Annotated[
 
 
 class LateTable(Table):
-    """The table ``[late]``. If ``at_most_days`` is None, there is no limit."""
+    """The table ``[late]``. If ``at_most_days`` is None, the delay is not limited."""
 
     penalty_per_day: Amount
     grace_minutes: float = Field(0.0, ge=0, le=100_000)

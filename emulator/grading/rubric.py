@@ -129,7 +129,7 @@ class CheckTable(Table):
     hint_steps: list[Hint] = Field(default_factory=list, max_length=10)
 
     def hint_for(self, finding: str, fault: str = "") -> str:
-        """Return the hint for a finding or its ``fault``. A single text is no hint for prerequisites."""
+        """Return the hint for a finding or its ``fault``. A single text is not used for prerequisites."""
         if isinstance(self.hint, str):
             return "" if finding == PREREQUISITE else self.hint
         texts: dict[str, str] = dict(self.hint.items())

@@ -2,8 +2,8 @@
 
 The same firmware, rubric, seed and version give the same bytes everywhere.
 
-Decision: "unjudged" is a separate outcome, and the points of such checks are excluded from the sum,
-so that a check without evaluation does not count as zero.
+Decision: the outcome "unjudged" is separate, and the points of such checks are excluded from the
+sum, so that a check without evaluation does not count as zero.
 """
 
 from __future__ import annotations

@@ -193,7 +193,7 @@ class ExpectLedFollows(Windowed):
         return here + more.get(finding, "")
 
 
-_SLOW_PS = 1_300 * PS_PER_MS  # period of an update each second, with the time to print
+_SLOW_PS = 1_300 * PS_PER_MS  # an update each second, plus the time to print
 _STALE_PS = (
     2_400 * PS_PER_MS
 )  # one iteration of main()'s loop reads the sensor, and the next one switches the LED

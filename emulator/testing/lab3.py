@@ -11,7 +11,7 @@ not by the slides' formulas:
 
 * pitch and roll are the inclinations of the X and the Y axis (mu = 1);
 * yaw is the angle between the horizontal directions of the X axis and the field. If pitch and roll
-both differ from 0, the slides' roll is approximate, and only the range of the yaw is checked.
+  both differ from 0, the slides' roll is approximate, and only the range of the yaw is checked.
 """
 
 from __future__ import annotations

@@ -91,7 +91,7 @@ def gradescope_results(one: Graded) -> dict[str, Any]:
     """Return ``results.json`` of one submission. Gradescope hides tests by their visibility.
 
     Source: https://gradescope-autograders.readthedocs.io/en/latest/specs/. Raises NotJudgedError if
-    there is no grade.
+    the submission has no grade.
     """
     if one.status in ("unjudged", "partly", "missing"):
         raise NotJudgedError(f"{one.shown_name}: {one.reason}; run the autograder again")
