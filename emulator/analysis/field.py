@@ -22,8 +22,8 @@ _SHARE = 0.9  # share of the lines that must fit
 _TURNED = 400.0  # mgauss by which two axes must change: a large part of a turn
 _SLACK = 60.0  # mgauss beyond the first half's extremes
 _RIGHT_FACTOR = 1.15
-# maximum spread of the printed low byte, if it is the true high byte: earth's field and hard iron span 6 steps of 384
-# mgauss
+# maximum spread of the printed low byte, if it is the true high byte: earth's field and hard iron span 6
+# steps of 384 mgauss
 _HIGH_BYTES = 6
 
 Numbers = NDArray[np.float64]

@@ -50,7 +50,7 @@ def led_place(arm: ArmFirmware, switches: LedSwitches, led: str) -> str:
 
 
 def _joined(places: Sequence[tuple[str, str]]) -> str:
-    """Join places with remarks. Omit a function's name if the previous place has the same."""
+    """Join places with remarks. Omit a function's name if the previous place has the same name."""
     parts, before = [], ""
     for place, remark in places:
         function, comma, line = place.partition(", ")

@@ -114,7 +114,7 @@ def _sides(name: str, angle: str, looks: Sequence[_LedCondition]) -> Iterator[Di
 
 _FEWEST_EDGES = 4
 _STILL_G = 0.05
-_REGULAR, _MOSTLY = 0.25, 0.9  # tolerance by the usual interval; minimum share of regular intervals
+_REGULAR, _MOSTLY = 0.25, 0.9  # tolerance (share of the usual interval), minimum share of regular intervals
 _TOGGLE = "BSP_LED_Toggle"
 
 

@@ -81,9 +81,7 @@ class _Recording:
         self.end_ps = board.clock.now_ps
         self.reads = deque(_reads(board))
         addresses = board.description.addresses
-        self.devices = {
-            address << 1: name for name, address in addresses.items()
-        }  # addresses as in HAL calls
+        self.devices = {address << 1: name for name, address in addresses.items()}  # as in HAL calls
         sent = list(bytes_sent(board.trace.of(TerminalBytes), board.terminal.uart))
         self.sent_ps = [at_ps for at_ps, _ in sent]
         self._line_ends = [number for number, (_, byte) in enumerate(sent, start=1) if byte == _LF]

@@ -33,9 +33,7 @@ _BUILD_S = 300.0
 _LONGEST_LOG = 1 << 20
 _ERRORS_SHOWN = 3  # errors of the compiler
 _MARKS = (
-    re.compile(
-        "undefined reference|multiple definition|overflowed by"
-    ),  # the "error:" of collect2 has no details
+    re.compile("undefined reference|multiple definition|overflowed by"),  # more details than "error:"
     re.compile("error:"),
     re.compile("Error "),
 )

@@ -33,7 +33,7 @@ class ExitCode(IntEnum):
     FIRMWARE_FAILED = 3
     NOT_JUDGED = 4
     INTERRUPTED = 130
-    """The shell's code after Ctrl-C. Other requests to end have it, too."""
+    """The shell's code after Ctrl-C. Other requests to end have the same code."""
     READER_GONE = 141
     """The shell's code after SIGPIPE."""
 

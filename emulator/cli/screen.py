@@ -79,7 +79,7 @@ class Say(Protocol):
 
 
 def say(line: str, look: Look | None = None, mark: str = "", *, wrap: bool = True) -> None:
-    """Print a line on stderr with the prefix ``fcu:``; Control characters become escapes.
+    """Print a line on stderr with the prefix ``fcu:``. Control characters become escapes.
 
     ``mark``, such as "FAIL", begins the line and has its colour. A terminal wraps long lines,
     unless ``wrap`` is False.

@@ -3,9 +3,8 @@
 Source can include any file, so the compiler runs under bubblewrap with limits and without network.
 With ``sandbox=False`` only the limits apply, and root compiles as the user ``nobody``.
 
-Decision: the support layer is compiled only one time and copied into each build, which takes a tenth
-of the time. A
-container for each build was rejected: it needs a privileged service.
+Decision: the support layer is compiled only one time and copied into each build, so that a build
+takes a tenth of the time. A container for each build was rejected: it needs a privileged service.
 
 Decision: after a failed build, a control program is compiled, and then the submission again,
 because the machine must never cause "does not compile". Searching the messages was rejected,

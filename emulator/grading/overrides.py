@@ -75,9 +75,7 @@ def with_overrides(graded: Graded, overrides: tuple[Override, ...]) -> Graded:
         verdict = verdict.model_copy(update={"checks": checks})
     changed: dict[str, object] = {"overrides": overrides, "verdict": verdict}
     changed["late_penalty"] = points.get(LATE_PENALTY, graded.late_penalty)
-    if (
-        graded.status == "partly" and verdict is not None and verdict.counts
-    ):  # the teacher gave all missing points
+    if graded.status == "partly" and verdict is not None and verdict.counts:  # no points are missing now
         changed |= {"status": "judged", "reason": ""}
     return graded.model_copy(update=changed)
 

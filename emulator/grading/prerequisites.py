@@ -23,7 +23,7 @@ PREREQUISITE = "prerequisite"
 
 
 class PrerequisiteError(ValueError):
-    """Entry ``number`` in ``requires`` of ``check`` names an unknown check, or makes a circle."""
+    """Entry ``number`` in ``requires`` of ``check`` names an unknown check, or causes a circle."""
 
     def __init__(self, check: str, number: int, problem: str) -> None:
         super().__init__(problem)
@@ -53,7 +53,10 @@ class Prerequisites:
         return found
 
     def applied(self, results: Mapping[str, CheckResult], hint: Mapping[str, str]) -> dict[str, CheckResult]:
-        """Return the results. A failed requirement fails a check, an unjudged one makes it unjudged."""
+        """Return the results after the prerequisites.
+
+        A check fails if a required check fails, and is unjudged if a required check is unjudged.
+        """
         done: dict[str, CheckResult] = {}
 
         def result_of(check: str) -> CheckResult:

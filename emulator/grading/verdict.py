@@ -76,7 +76,7 @@ class Series(ResultModel):
 
 
 class Following(ResultModel):
-    """Periods in s: when a condition was true, and when its LED or line was seen."""
+    """Periods in s: when a condition was true, and when its LED was lit or its line printed."""
 
     name: str
     condition: str
