@@ -33,7 +33,7 @@ _BUILD_S = 300.0
 _LONGEST_LOG = 1 << 20
 _ERRORS_SHOWN = 3  # errors of the compiler
 _MARKS = (
-    re.compile("undefined reference|multiple definition|overflowed by"),  # more details than "error:"
+    re.compile("undefined reference|multiple definition|overflowed by"),  # collect2's "error:" has no details
     re.compile("error:"),
     re.compile("Error "),
 )
