@@ -1,11 +1,12 @@
 """Bus objects of four I2C driver families, on a virtual board's I2C bus.
 
 Decisions
-    ``BusioI2C`` must be locked before use, as on a microcontroller, so that a driver without the
-    lock fails.
+    A driver must lock ``BusioI2C`` before use, as on a microcontroller, so that a driver that does
+    not lock it fails.
 
     ``MachineI2C`` sends a stop even with ``stop=False``. ``i2c_rdwr`` of ``SMBus`` combines only a
-    write and the next read. Sensors keep the sub-address over a stop, so the bytes are the same.
+    write and the next read. Sensors keep the sub-address after a stop, so a driver gets the same
+    bytes.
 """
 
 from __future__ import annotations
@@ -25,8 +26,8 @@ if TYPE_CHECKING:
 # -- common functions ---------------------------------------------------------------------------------------
 
 
-# errno of an address without acknowledge: ENODEV in CircuitPython and MicroPython, EREMOTEIO in Linux (i2c-bcm2835,
-# Raspberry Pi). EREMOTEIO is a number here, because Python defines the name only on Linux.
+# errno if no device acknowledges an address: ENODEV in CircuitPython and MicroPython, EREMOTEIO in Linux
+# (i2c-bcm2835, Raspberry Pi). EREMOTEIO is written as a number, because Python defines the name only on Linux.
 ENODEV: Final = errno.ENODEV
 EREMOTEIO: Final = 121
 
@@ -65,10 +66,10 @@ def scan(master: I2CMaster) -> list[int]:
 
 
 class BusioI2C:
-    """Give ``BusioI2C(board.i2c2)`` to a CircuitPython driver as ``board.I2C()``.
+    """Give ``BusioI2C(board.i2c2)`` to a CircuitPython driver instead of ``board.I2C()``.
 
-    Addresses have 7 bits. Raises OSError(ENODEV) without an answer, OSError(ETIMEDOUT) for a stuck
-    bus, and RuntimeError without :meth:`try_lock`.
+    Addresses have 7 bits. Raises OSError(ENODEV) if no device answers, OSError(ETIMEDOUT) for a
+    stuck bus, and RuntimeError if :meth:`try_lock` was not called.
     """
 
     def __init__(self, master: I2CMaster) -> None:
@@ -96,7 +97,7 @@ class BusioI2C:
             return scan(self._master)
 
     def writeto(self, address: int, buffer: Buffer, *, start: int = 0, end: int | None = None) -> None:
-        """Write a slice of ``buffer``. An empty slice checks for the device."""
+        """Write a slice of ``buffer``. An empty slice only checks that the device answers."""
         with self._transfer():
             self._master.write(address, bytes(memoryview(buffer)[start:end]))
 
@@ -133,10 +134,10 @@ class BusioI2C:
 
 
 class MachineI2C:
-    """Give ``MachineI2C(board.i2c2)`` to a MicroPython driver as ``machine.I2C(...)``.
+    """Give ``MachineI2C(board.i2c2)`` to a MicroPython driver instead of ``machine.I2C(...)``.
 
     Device addresses have 7 bits. Memory addresses have ``addrsize`` bits and are big-endian. Raises
-    OSError(ENODEV) without an answer, OSError(ETIMEDOUT) for a stuck bus.
+    OSError(ENODEV) if no device answers, OSError(ETIMEDOUT) for a stuck bus.
     """
 
     def __init__(self, master: I2CMaster) -> None:
@@ -184,7 +185,7 @@ _READ = 0x0001  # I2C_M_RD
 
 
 class I2CMessage(Protocol):
-    """Interface of ``smbus2.i2c_msg``. ``buf`` points to ``len`` bytes, which iteration yields."""
+    """Interface of ``smbus2.i2c_msg``. ``buf`` points to ``len`` bytes. Iteration yields them."""
 
     addr: int
     flags: int
@@ -195,9 +196,9 @@ class I2CMessage(Protocol):
 
 
 class SMBus:
-    """Give ``SMBus(board.i2c2)`` to a driver as ``smbus2.SMBus(1)``.
+    """Give ``SMBus(board.i2c2)`` to a driver instead of ``smbus2.SMBus(1)``.
 
-    Addresses have 7 bits. ``force`` is ignored. Raises OSError(EREMOTEIO) without an answer,
+    Addresses have 7 bits. ``force`` is ignored. Raises OSError(EREMOTEIO) if no device answers,
     OSError(ETIMEDOUT) for a stuck bus, and ValueError for more than 32 bytes.
     """
 
@@ -261,7 +262,7 @@ class SMBus:
         self._write(i2c_addr, bytes((register, *data)))
 
     def i2c_rdwr(self, *i2c_msgs: I2CMessage) -> None:
-        """Transfer messages and fill read buffers. Raises InputError for flags except I2C_M_RD."""
+        """Transfer messages and fill read buffers. Raises InputError for other flags than I2C_M_RD."""
         for message in i2c_msgs:
             if message.flags & ~_READ:
                 raise InputError(
@@ -302,8 +303,8 @@ Answer: TypeAlias = tuple[int, Exception | None, bytes]
 class SensirionI2C:
     """Give ``I2cConnection(SensirionI2C(board.i2c2, board.run_for))`` to a Sensirion channel.
 
-    ``sleep(seconds)`` lets virtual time pass. The driver raises its own exception for a failed
-    transfer's status.
+    ``sleep(seconds)`` lets virtual time pass. If the status says that a transfer failed, the driver
+    raises its own exception.
     """
 
     API_VERSION: ClassVar[int] = 1
@@ -328,8 +329,8 @@ class SensirionI2C:
     ) -> Answer:
         """Write ``tx_data``, wait, and read ``rx_length`` bytes. Return status, error and bytes.
 
-        ``tx_data=None`` omits the write, ``rx_length=None`` the wait and the read. ``timeout`` is
-        ignored.
+        ``tx_data=None`` omits the write, ``rx_length=None`` omits the wait and the read.
+        ``timeout`` is ignored.
         """
         del timeout
         try:

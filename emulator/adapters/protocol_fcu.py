@@ -1,11 +1,11 @@
 """A board as a pyserial port: ``serial.serial_for_url("fcu://solution?scenario=desk")``.
 
-Import this module first. The board runs while the port is read. ``timeout`` is in virtual time. The
-address is ``fcu://FIRMWARE``, with optional ``?scenario=...&wiring=...&seed=...&ideal=1``.
-``port.board`` is the board.
+Import this module first. The board runs only during calls of the port, such as ``read``.
+``timeout`` is in virtual time. The address is ``fcu://FIRMWARE``, with optional
+``?scenario=...&wiring=...&seed=...&ideal=1``. ``port.board`` is the board.
 
 Decision: reading the number of available bytes (``in_waiting``) runs the board for a millisecond if
-there are none, because programs poll this number.
+no bytes are available, because programs poll this number.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ SILENCE_S = 60.0
 _STEP_PS = PS_PER_MS
 _KNOWN = {"scenario", "wiring", "seed", "ideal"}
 _OLD = {"profile": "wiring"}
-"""Names of the previous release."""
+"""Old option names, from the previous release."""
 
 if __package__ not in serial.protocol_handler_packages:
     serial.protocol_handler_packages.append(__package__)
 
 
 def port_of(board: Board, timeout: float | None = None) -> Serial:
-    """Return an open port of ``board``. First reads return earlier output."""
+    """Return an open port of ``board``. The first reads return the earlier output."""
     port = Serial(None, timeout=timeout)
     port.board = board
     port.is_open = True
@@ -78,7 +78,7 @@ class Serial(serial.SerialBase):  # type: ignore[misc]  # pyserial has no types
     def read(self, size: int = 1) -> bytes:
         """Run until ``size`` bytes arrive, or for ``timeout`` virtual seconds.
 
-        Raises SerialException if a read without a timeout stays silent.
+        Raises SerialException if a read without a timeout gets too few bytes in ``SILENCE_S``.
         """
         board = self._opened()
         limit_s = SILENCE_S if self._timeout is None else self._timeout

@@ -26,9 +26,9 @@ _in_use: set[str] = set()  # modules that now run on a board's time
 def virtual_time(board: Board, *modules: ModuleType) -> Iterator[None]:
     """Make ``modules`` and their imported submodules use the board's clock.
 
-    Until its end, the block replaces their references to ``time``, its function ``sleep``, and its
-    clocks ``monotonic``, ``perf_counter`` and ``time`` with their ``_ns`` variants. The clocks
-    count from power-on. Raises InputError if a module already uses a board's time.
+    Until the block ends, their references to the module ``time`` are replaced, and those to its
+    functions ``sleep``, ``monotonic``, ``perf_counter`` and ``time``, and to the ``_ns`` variants.
+    The clocks count from power-on. Raises InputError if a module already uses a board's time.
     """
     found = _with_submodules(modules)
     taken = _in_use.intersection(found)
@@ -62,7 +62,7 @@ def _with_submodules(modules: tuple[ModuleType, ...]) -> dict[str, ModuleType]:
 
 
 def _replacements(board: Board) -> dict[int, object]:
-    """Return replacements by id(), because values of globals may not be hashable."""
+    """Return replacements, keyed by id() because values of globals may not be hashable."""
     clock = board.clock
 
     def sleep(seconds: float) -> None:

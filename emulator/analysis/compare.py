@@ -44,7 +44,7 @@ _CONTEXT = 3
 _SAME_AFTER = 8  # number of entries that must be equal after an entry that only one run has
 _COUNTS = re.compile(r"(\d+) ticks, (\d+) lost")
 _NEGATIVE_ZERO = re.compile(r"-(?=0(?:\.0+)?(?![\d.]))")
-"""The sign of a zero: -0.0f and 0.0f, or -0 and 0, count as equal."""
+"""The minus sign of a zero. Comparisons ignore it: -0.0f equals 0.0f, and -0 equals 0."""
 _NUMBER = re.compile(r"-?(?:\d+(?:\.\d+)?|inf|nan)\b")
 
 
@@ -118,7 +118,7 @@ def compared(first: Observation, second: Observation, rules: Rules) -> list[str]
 
 
 def tolerances(given: Iterable[tuple[str, float]]) -> dict[str, float]:
-    """Return tolerances by field, where "ACC" selects three. Raises InputError."""
+    """Return tolerances by field. The name "ACC" selects three fields. Raises InputError."""
     chosen: dict[str, float] = {}
     for name, value in given:
         fields = [one for one in FIELDS if name in (one, one.split(".")[0])]
@@ -176,7 +176,7 @@ def _inserted(
 
 
 def _runs_on(first: Sequence[ObservedItem], second: Sequence[ObservedItem], rules: Rules) -> bool:
-    """Return whether enough equal entries follow to exclude chance."""
+    """Return whether so many equal entries follow that chance is excluded."""
     pairs = list(zip(first[:_SAME_AFTER], second[:_SAME_AFTER], strict=False))
     texts = {one.text.strip() for one, _ in pairs}
     return len(pairs) >= 2 and len(texts) >= 2 and all(_same_text(one, other, rules) for one, other in pairs)
@@ -193,7 +193,7 @@ def _same_entry(name: str, one: ObservedItem, other: ObservedItem, rules: Rules,
 
 
 def _grace_ps(rules: Rules, end_ps: int) -> int:
-    """Return the largest lag between the runs at the end."""
+    """Return the largest allowed lag between the runs at the end."""
     return _LOOP_PS if "time" in rules.ignore else rules.timing_ps + end_ps // _DRIFT
 
 

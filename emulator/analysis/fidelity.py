@@ -26,7 +26,7 @@ END_BOARD = "<!-- end of the board itself -->"
 
 
 def table() -> str:
-    """Return all sensors' table as Markdown."""
+    """Return the table of all sensors as Markdown."""
     lines = ["| part | function | documented in | in the model |", "|---|---|---|---|"]
     for part in SENSORS.values():
         lines += [
@@ -38,7 +38,7 @@ def table() -> str:
 
 
 def chip_table() -> str:
-    """Return the chip registers' table as Markdown."""
+    """Return the table of the chip's registers as Markdown."""
     lines = ["| peripheral | registers | documented in | not modelled |", "|---|---|---|---|"]
     for module in KINDS:
         peripherals = [DECLARED[name] for name in module.INSTANCES]
@@ -58,7 +58,7 @@ def board_table() -> str:
 
 
 def figures_table() -> str:
-    """Return real sensors' deviations as Markdown."""
+    """Return the table of real sensors' deviations as Markdown."""
     lines = [
         "| part | figure | in the document | the document | `typical` | `worst` |",
         "|---|---|---|---|---|---|",

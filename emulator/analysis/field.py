@@ -22,8 +22,8 @@ _SHARE = 0.9  # share of the lines that must fit
 _TURNED = 400.0  # mgauss by which two axes must change: a large part of a turn
 _SLACK = 60.0  # mgauss beyond the first half's extremes
 _RIGHT_FACTOR = 1.15
-# maximum spread of the true high byte, printed as the low byte: earth's field and hard iron span 6 steps of
-# 384 mgauss
+# maximum spread of the printed low byte, if it is the true high byte: earth's field and hard iron span 6
+# steps of 384 mgauss
 _HIGH_BYTES = 6
 
 Numbers = NDArray[np.float64]
@@ -42,7 +42,7 @@ class _Rows(NamedTuple):
         return (self.low + self.high) / 2
 
     def residual(self, mapped_low: Numbers, mapped_high: Numbers, values: Numbers | None = None) -> float:
-        """Return the error limit of nearly all rows in mgauss, ignoring a constant per axis."""
+        """Return the error in mgauss that few rows exceed, without a constant per axis."""
         printed = self.values if values is None else values
         offset = np.median(printed - (mapped_low + mapped_high) / 2, axis=0)
         moved = printed - offset

@@ -1,7 +1,7 @@
-"""Wrong formulas that explain printed angles and altitude from numbers of the same block.
+"""Wrong formulas that give the printed angles and altitude from other numbers of the same block.
 
-Decision: candidates are a list of whole formulas, each as a student would write it, because a
-formula found by a search also fits noise.
+Decision: the candidates are a fixed list of whole formulas, as students write them, because a
+search for formulas would also fit noise.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from fcu_emulator.emulator.analysis.recorder import LabLine
 
 _FEWEST = 5  # blocks
 _SHARE = 0.85  # share of the blocks that a formula must explain
-_DIFFERENT = 2  # minimum number of blocks that the right formula does not explain
-_BETTER = 3  # factor by which a wrong formula must be nearer than the right one
-_NEAR_DEG = 4.0  # a block takes some 30 ms, and the board may be turning
+_DIFFERENT = 2  # minimum number of blocks that the correct formula does not explain
+_BETTER = 3  # factor by which a wrong formula must be nearer to the output than the correct one
+_NEAR_DEG = 4.0  # printing a block takes some 30 ms, and the board may turn meanwhile
 _NEAR_SHARE, _NEAR_M = 0.04, 0.3
 # tolerance for motion: this share of the truth's change in the last 0.15 s, at most 15
 _MOVING_SHARE, _MOST_MOVING = 0.3, 15.0
@@ -27,7 +27,7 @@ _LABELS = {"ACC[x,y,z]": "acc", "MAG[x,y,z]": "mag", "Pre:": "pre"}
 
 
 Near: TypeAlias = Callable[[float, float], float]
-"""Maximum distance of a printed value from a formula, as a function of the value and the formula's scale."""
+"""Maximum distance of a printed value from a formula's value, as a function of this value and the scale."""
 
 
 class Block(NamedTuple):
@@ -48,7 +48,7 @@ class Formula(NamedTuple):
     summary: str
     advice: str
     scale: float = 1.0
-    """Growth of noise and offsets relative to the right formula."""
+    """Factor by which noise and offsets are larger than in the correct formula."""
     period_deg: float = 360.0
     """Period of the yaw, which is the size of its jumps."""
 
@@ -87,7 +87,7 @@ def explained(
     wrong: Sequence[Formula],
     near: Near,
 ) -> Hint | None:
-    """Return the best wrong formula, unless the right one fits."""
+    """Return the best wrong formula, unless the correct formula fits."""
     rows = [row for row in rows if math.isfinite(_value(right, row))]
     different = [row for row in rows if not _fits(field, right, row, near) and not _is_true(field, row, near)]
     if len(rows) < _FEWEST or len(different) < max(_DIFFERENT, (1 - _SHARE) * len(rows)):
@@ -148,7 +148,7 @@ _ROLL = "roll = atan2(Gy, sqrt(mu * Gx * Gx + Gz * Gz)) * 180 / pi"
 
 
 def _tilt(field: str) -> tuple[Formula, list[Formula], str]:
-    """Return pitch's or roll's right formula, wrong formulas, and the right formula's text."""
+    """Return the correct formula of pitch or roll, wrong formulas, and the correct formula's text."""
     own, other, sign, name = (0, 1, -1, "Gx") if field == "Pitch" else (1, 0, 1, "Gy")
     text = _PITCH if field == "Pitch" else _ROLL
 
@@ -238,7 +238,7 @@ def _angles(row: Block) -> _Angles:
 
 
 def _yaw(row: Block, angles: _Angles) -> tuple[float, float]:
-    """Return the slides' By2 and Bx3."""
+    """Return By2 and Bx3 as the slides define them."""
     bx, by, bz = row.mag
     pitch, roll = angles
     by2 = bz * math.sin(roll) - by * math.cos(roll)
@@ -363,7 +363,7 @@ def altitude_hint(lines: Sequence[LabLine], temperature_degc: float) -> Hint | N
     truths = [(row.line.truth["Altitude"], (row.line.values or {})["Altitude"]) for row in rows]
     off = sum(truth.distance(value) > _OFF_M for truth, value in truths)
     if off < _DIFFERENT:
-        return None  # correct programs also deviate, because of noise and of a single reading at the floor
+        return None  # correct programs deviate too: by noise, and by their single reading at the floor
     named = explained("Altitude", rows, right, list(_wrong_altitudes(ratio, kelvin)), _metres)
     return named or explained("Altitude", rows, right, list(_times(rows, right)), _metres)
 
@@ -390,7 +390,7 @@ def _times(rows: Sequence[Block], right: Formula) -> Iterator[Formula]:
     )
 
 
-_OF_DEGC = 0.03, 0.13  # the ratio of a temperature from 8 to 40 degC to the same temperature in kelvin
+_OF_DEGC = 0.03, 0.13  # range of T in degC divided by T in kelvin, for 8 to 40 degC
 _HIGH_M, _PLAIN_FACTOR = 1.0, 1.15
 
 

@@ -1,7 +1,7 @@
-"""The statements of a firmware that switch the LEDs.
+"""The statements in a firmware's source that switch LEDs.
 
-A statement is a caller at a change of the LED's pin, or a call of ``BSP_LED_On()`` or ``BSP_LED_Off()`` with the
-LED's number, which other calls have shown.
+A statement is found if the LED's pin changed during it, or if it calls ``BSP_LED_On()`` or
+``BSP_LED_Off()`` with the LED's number. Calls that changed a pin show the numbers.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from fcu_emulator.emulator.chip.image.symbols import FunctionAt
 _MOST_SHOWN: Final = 2
 _MAIN: Final = "main"
 _OWN: Final = (CALLBACK, _MAIN)
-"""Functions whose files are a student's own."""
+"""The student writes the files that define these functions."""
 _SWITCHES: Final = {
     True: re.compile(r"led_?on$", re.IGNORECASE),
     False: re.compile(r"led_?off$", re.IGNORECASE),
@@ -29,7 +29,7 @@ _MOVS_R0, _MOV_W, _HALFWORDS_BACK = 0x20, 0xF04F, 8  # MOVS R0, #imm8; MOV.W (AR
 
 
 def led_place(arm: ArmFirmware, switches: LedSwitches, led: str) -> str:
-    """Return where the firmware switches a LED: ``main(), main.c:113 (on), main.c:115 (off)``, or ""."""
+    """Return the places that switch a LED: ``main(), main.c:113 (on), main.c:115 (off)``, or ""."""
     statements = _Statements(arm)
     sites = {key: statements.callers(changes) for key, changes in switches.changes.items()}
     numbers: dict[int | None, str] = {
@@ -50,7 +50,7 @@ def led_place(arm: ArmFirmware, switches: LedSwitches, led: str) -> str:
 
 
 def _joined(places: Sequence[tuple[str, str]]) -> str:
-    """Return places with remarks; a function's name is not repeated."""
+    """Join places with remarks. Omit a function's name if the previous place has the same name."""
     parts, before = [], ""
     for place, remark in places:
         function, comma, line = place.partition(", ")
@@ -61,7 +61,7 @@ def _joined(places: Sequence[tuple[str, str]]) -> str:
 
 
 class _Statements:
-    """The statements in a student's own files."""
+    """The statements in the student's files."""
 
     def __init__(self, arm: ArmFirmware) -> None:
         self.places = Places(arm.image)
@@ -80,25 +80,24 @@ class _Statements:
         return [one for one, _ in found.most_common()]
 
     def shown(self, sites: Iterable[int]) -> list[str]:
-        """Return the places of some statements; those in main(), as at the start, only if there are no others."""
+        """Return the places of some statements. Omit those in main() (set-up) if there are others."""
         every = list(dict.fromkeys(sites))
         outside = [one for one in every if self.places.function_name(one) != _MAIN]
         return list(dict.fromkeys(map(self.places.place, outside or every)))[:_MOST_SHOWN]
 
     def _caller(self, change: LedChange) -> int | None:
-        """Return the innermost of a change's callers that is a statement of the student; None if there is none."""
+        """Return the innermost caller in the student's files at the pin's change, or None."""
         backtrace = Backtrace(self.places, change.word, self._code)
         for call in backtrace.calls(change.pc, change.lr, change.sp):
             if call.interrupted:
-                # the change was made in an interrupt; the remaining callers belong to the code that it
-                # interrupted
+                # an interrupt handler made the change; the remaining callers belong to the interrupted code
                 return None
             if self.places.file(call.address) in self._files:
                 return call.address
         return None
 
     def calls(self, name: re.Pattern[str], numbers: Mapping[int | None, str], led: str) -> Iterator[int]:
-        """Yield the statements that call a function of this name for a LED, by its number as first argument."""
+        """Yield calls of functions of this name whose first argument is the LED's number."""
         for function in self._functions():
             for site, target in calls_of(function, self._code):
                 is_switch = name.search(self.places.function_name(target))
@@ -106,7 +105,7 @@ class _Statements:
                     yield site
 
     def first_arguments(self, name: re.Pattern[str]) -> Iterator[int]:
-        """Yield the constants with which the program calls functions of this name."""
+        """Yield constants that are the first argument of a function of this name."""
         for function in self._functions():
             for site, target in calls_of(function, self._code):
                 number = self.first_argument(site) if name.search(self.places.function_name(target)) else None
@@ -121,7 +120,7 @@ class _Statements:
                 address = max(function.start + function.size, address + 2)
 
     def first_argument(self, site: int) -> int | None:
-        """Return the constant that the instructions before a call move to R0; None if none is found."""
+        """Return the constant that the instructions before a call move to R0, or None."""
         code = self._code(site - 2 * _HALFWORDS_BACK, 2 * _HALFWORDS_BACK)
         if code is None:
             return None

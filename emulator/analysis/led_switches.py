@@ -33,7 +33,7 @@ class LedChange(NamedTuple):
 
 
 class LedSwitches:
-    """Recorder of the latest changes of each LED of a compiled firmware, from now on."""
+    """Recorder of each LED's latest changes, for compiled firmware."""
 
     def __init__(self, board: Board) -> None:
         self._changes: dict[tuple[str, bool], deque[LedChange]] = {}
@@ -43,7 +43,7 @@ class LedSwitches:
 
     @property
     def changes(self) -> Mapping[tuple[str, bool], Sequence[LedChange]]:
-        """The latest changes by LED and its new state (True: lit)."""
+        """The latest changes, keyed by LED and its new state (True: lit)."""
         return self._changes
 
     def _record(self, arm: ArmFirmware, led: str, level: int) -> None:

@@ -20,7 +20,7 @@ _STEADY = 4  # consecutive polls of the LEDs: 0.2 s
 
 
 class _LedCondition(NamedTuple):
-    """An LED's state, and its angle."""
+    """An LED's state, and the angle that should control it."""
 
     at_s: float
     angle: float
@@ -110,11 +110,11 @@ def _sides(name: str, angle: str, looks: Sequence[_LedCondition]) -> Iterator[Di
         )
 
 
-# -- toggled, so that it is wrong half of the time ----------------------------------------------------------
+# -- an LED that is toggled, and so is wrong half of the time -----------------------------------------------
 
 _FEWEST_EDGES = 4
 _STILL_G = 0.05
-_REGULAR, _MOSTLY = 0.25, 0.9  # share of the usual interval, and share of all intervals
+_REGULAR, _MOSTLY = 0.25, 0.9  # tolerance (share of the usual interval), minimum share of regular intervals
 _TOGGLE = "BSP_LED_Toggle"
 
 

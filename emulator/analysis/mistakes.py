@@ -75,7 +75,7 @@ def explain(board: Board, recorder: TruthRecorder, after_failure: bool = False) 
 
 
 def without_explained(causes: Iterable[_Cause], formulas: Iterable[Diagnosis]) -> list[_Cause]:
-    """Return the causes without comparisons of numbers with the truth that ``formulas`` explain."""
+    """Return the causes. Omit comparisons with the truth if ``formulas`` explain these fields."""
     explained = {field for one in formulas for field in _fields(one)}
     return [one for one in causes if one.kind != "numbers" or explained.isdisjoint(_fields(one))]
 
@@ -85,7 +85,7 @@ def _fields(cause: _HasData) -> list[str]:
 
 
 class _Where:
-    """Search for the program line that printed text."""
+    """Search for places in the program: printed lines, functions and calls."""
 
     def __init__(self, arm: ArmFirmware | None) -> None:
         self._arm = arm
@@ -125,7 +125,7 @@ def _shown(line: LabLine) -> str:
 
 
 def _exclusive_or(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]:
-    """Yield a diagnosis of operator ^, if angles or altitude are wrong."""
+    """If angles or altitude are wrong, yield a diagnosis of the operator ^."""
     if board.chip is None or not any(is_far_off(lines, group) for group in (TILT, ALTITUDE)):
         return
     place = exclusive_or(Places(board.chip.image), board.chip.core.memory)
@@ -142,7 +142,7 @@ def _exclusive_or(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]
 
 
 def _numbers(board: Board, lines: Sequence[LabLine], where: _Where) -> Iterator[Diagnosis]:
-    """Yield hints about wrong numbers, except groups computed from a wrong group."""
+    """Yield hints about wrong numbers. Omit groups that are computed from a wrong group."""
     wrong: set[str] = set()
     for group in _GROUPS:
         if _rests_on(group) & wrong:
@@ -269,7 +269,7 @@ def _not_a_number(board: Board, lines: Sequence[LabLine], where: _Where) -> Iter
 
 
 def _misprinted_ints(lines: Sequence[LabLine], where: _Where) -> Iterator[Diagnosis]:
-    """Yield a diagnosis of ints printed as doubles in wrong vectors."""
+    """Yield a diagnosis for each wrong vector whose ints are printed as doubles."""
     for group in (ACC, GYR):
         printed = [line for line in lines if line.label == group.label and line.values is None]
         wrong = []
@@ -321,7 +321,7 @@ def _misread(board: Board) -> Iterator[Diagnosis]:
 
 
 def _same_twice(reads: Sequence[BusTransfer]) -> Iterator[Diagnosis]:
-    """Yield a diagnosis if one sensor is read twice instead of both."""
+    """Yield a diagnosis if one of two sensors is read twice and the other is not read."""
     bursts = [one.written[0] for one in reads if one.device == LSM6DSL.NAME and len(one.read) == 6]
     for twice, never, what in ((0x22, 0x28, "accelerometer"), (0x28, 0x22, "gyroscope")):
         if bursts.count(twice) >= 3 and never not in bursts and len(bursts) == len(reads) - _others(reads):
@@ -360,7 +360,7 @@ def _switched_off(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]
 
 
 def _blocks(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]:
-    """Report sensors whose two-byte values may mix samples."""
+    """Report sensors whose two-byte values may mix bytes of two samples."""
     labels = {line.label for line in lines}
     lsm6dsl, lis2mdl = board.sensors.lsm6dsl.registers.mem, board.sensors.lis2mdl.registers.mem
     without = [

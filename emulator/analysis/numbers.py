@@ -14,7 +14,7 @@ from typing import NamedTuple, TypeAlias
 from fcu_emulator.emulator.analysis.recorder import LabLine, ValueRange
 
 _FEWEST = 2  # minimum number of wrong lines
-_SHARE = 0.9  # minimum share of the lines that a change must fit
+_SHARE = 0.9  # minimum share of the lines that a mistake must explain
 _NARROW = 3  # multiplies the distance from the truth, so that random numbers do not count as a wrap
 AXES = ("x", "y", "z")
 
@@ -33,7 +33,7 @@ Distance: TypeAlias = Callable[[Sequence[float], Sequence[ValueRange]], float]
 
 
 class Change(NamedTuple):
-    """A mistake that changes the truth. ``distance`` compares printed values with the result."""
+    """A possible mistake. ``distance`` compares printed values with the truth after this mistake."""
 
     distance: Distance
     summary: str
@@ -42,7 +42,7 @@ class Change(NamedTuple):
 
 
 class Group(NamedTuple):
-    """Fields checked together. Correct firmware never deviates by ``far``."""
+    """Fields that are checked together. Correct firmware deviates by less than ``far``."""
 
     label: str
     fields: tuple[str, ...]
@@ -77,7 +77,7 @@ def hint(lines: Sequence[LabLine], group: Group) -> Hint | None:
 
 
 def is_far_off(lines: Sequence[LabLine], group: Group) -> bool:
-    """Return whether several lines of a group are far from truth or hold nan."""
+    """Return whether several lines of a group are far from the truth or contain nan."""
     rows = [_Row(seen, group) for seen in lines if seen.label == group.label and seen.values is not None]
     return sum(not _plain(row.values, row.truth) <= group.far for row in rows) >= _FEWEST
 
@@ -112,7 +112,7 @@ _FEW_PAIRS = 4
 
 
 def _pairs(lines: Sequence[LabLine], group: Group, other: Group) -> Iterator[tuple[_Row, _Row]]:
-    """Yield both groups' rows that were printed within half a second."""
+    """Yield pairs of rows, one of each group, printed within half a second."""
     rows = {
         one: [_Row(line, one) for line in lines if line.label == one.label and line.values is not None]
         for one in (group, other)
@@ -124,7 +124,7 @@ def _pairs(lines: Sequence[LabLine], group: Group, other: Group) -> Iterator[tup
 
 
 class _Row:
-    """A line's values and truth of one group."""
+    """The printed values of one group in a line, and the truth."""
 
     def __init__(self, seen: LabLine, group: Group) -> None:
         self.seen = seen
@@ -282,7 +282,7 @@ def _scaled(factor: float) -> Distance:
 
 
 def _factor(rows: Sequence[_Row], far: float) -> float | None:
-    """Return the median ratio of printed value to truth, or None if near 1 or negative."""
+    """Return the median ratio of printed value to truth, or None if it is near 1 or negative."""
     ratios = sorted(
         value / one.middle
         for row in rows
@@ -301,7 +301,7 @@ def _swapped(raw: int) -> int:
 
 
 def _around(value: float, group: Group) -> range:
-    """Return the raw values that are printed as ``value`` after truncation."""
+    """Return the raw values that firmware may truncate to the printed ``value``."""
     slack = math.ceil(1 / group.per_lsb) if group.per_lsb < 1 else 0
     raw = round(value / group.per_lsb)
     return range(raw - slack, raw + slack + 1)

@@ -14,7 +14,7 @@ from fcu_emulator.emulator.trace import EventT, GpioEdge, RegisterWrite, Termina
 
 TERMINAL, TIMER, END = "terminal", "timer", "end of the run"
 REGISTERS = " registers"
-"""Suffix that follows the sensor's name in the name of its sequence."""
+"""Suffix in the name of a register sequence, after the sensor's name."""
 MOST_EVENTS = 1_000_000
 """Maximum number of compared events of a run, about 100 MB. An hour of the lab's firmware has 400,000."""
 _COMPARED = (GpioEdge, RegisterWrite, TerminalBytes)
@@ -31,7 +31,7 @@ class ObservedItem:
 
 @dataclass(frozen=True)
 class Observation:
-    """A run until ``end_ps``. Each sequence is in order."""
+    """A run until ``end_ps``. Each sequence is ordered by time."""
 
     end_ps: int
     sequences: Mapping[str, Sequence[ObservedItem]]
@@ -46,8 +46,8 @@ def observe(
 ) -> Observation:
     """Run a board from power-on to ``end_ps`` and record its behaviour.
 
-    ``transfers`` keeps all events in the trace. The record ends at a firmware failure or exceeded
-    limit. Raises NotJudgedError for too many events or too long a run.
+    If ``transfers`` is True, the trace keeps all events. The record ends at a firmware failure or
+    exceeded limit. Raises NotJudgedError if the run has too many events or takes too long.
     """
     kept = _ComparedEvents(board.trace, transfers)
     runner = Runner(board, [], end_ps, None, lambda wall_s: kept.exceeded() or exceeded(wall_s))
@@ -102,7 +102,7 @@ def led_pins(board: Board) -> dict[str, str]:
 
 
 class _ComparedEvents:
-    """A run's compared events. Only a replay needs bus transfers."""
+    """Recorder of the events to compare. Only a replay needs bus transfers."""
 
     def __init__(self, trace: Trace, transfers: bool) -> None:
         self._trace = trace
@@ -114,7 +114,7 @@ class _ComparedEvents:
         self.close = trace.subscribe(self._take)
 
     def exceeded(self) -> str:
-        """Return the reached limit of events, or ""."""
+        """Return the limit of events if it is reached, or ""."""
         full = self._full or (self._transfers and self._trace.dropped)
         return f"{MOST_EVENTS} events" if full else ""
 
@@ -154,7 +154,7 @@ def lines_of(text: Iterable[tuple[int, int]]) -> list[ObservedItem]:
 
 
 def edges_of(events: Iterable[GpioEdge], pin: str) -> list[ObservedItem]:
-    """Return an LED pin's edges. The pin is low while lit."""
+    """Return the edges of an LED's pin. The pin is low while the LED is lit."""
     return [ObservedItem(event.t_ps, "off" if event.level else "on") for event in events if event.pin == pin]
 
 

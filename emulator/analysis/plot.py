@@ -1,4 +1,4 @@
-"""Plot of a run: printed values as points, the truth before as bars, and LEDs."""
+"""Plot of a run: printed values as points, the preceding truth as bars, and LEDs."""
 
 from __future__ import annotations
 

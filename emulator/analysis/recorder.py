@@ -3,8 +3,9 @@
 The truth is a range, because a printed value is older than its line.
 
 Decision: the recorder samples the callback every 4.87 ms of virtual time and the LEDs every 48.7
-ms. It reads the terminal and computes the truth once per 100 samples. A call for each sample would
-take as long as the firmware. A line has the time of the first sample after its first byte.
+ms. It reads the terminal and computes the truth once per 100 samples. Doing so for each sample
+would take as long as the firmware itself. A line has the time of the first sample after its first
+byte.
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ class ValueRange:
 
 @dataclass(frozen=True)
 class LabLine:
-    """A lab line, its numbers (None in another format), and their truth."""
+    """A line of the lab, its numbers (None if the format differs), and their truth."""
 
     label: str
     text: str
@@ -65,7 +66,7 @@ class LabLine:
 
 @dataclass(frozen=True)
 class Lights:
-    """LEDs, with the lab's pitch and roll in degrees from the true force."""
+    """LEDs, with pitch and roll in degrees by the lab's formula from the true force."""
 
     at_s: float
     pitch: float
@@ -162,7 +163,7 @@ class TruthRecorder:
         return float(self._start_ps - -late_ps // _LOOK_PS * _LOOK_PS) / PS_PER_S
 
     def _look_at_callback(self, handled: Sequence[str], timer: str) -> None:
-        """Count a poll, except during faults, when an interrupted callback stays active."""
+        """Count a poll, except in fault handlers: a callback that they interrupt stays active."""
         if _FAULTS.isdisjoint(handled):
             self.looks_at_callback += 1
             self.callback_seen += any(timer in name for name in handled)

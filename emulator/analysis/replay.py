@@ -1,8 +1,8 @@
-"""Replay of Python firmware on recorded samples. Only arithmetic and text may differ.
+"""Replay of Python firmware on recorded samples. Only the firmware's arithmetic and text may differ.
 
 The main loop reads a line's values when the last bit of the previous text has left (TC, RM0368
-19.3.2). A callback begins with the first transfer after the previous one's. A loop that reads
-variables right after a delay may read them a tick late.
+19.3.2). A callback begins with the first transfer after those of the previous callback. A loop that
+reads variables immediately after a delay may read them a tick late.
 
 Decision: the transfers are fed to the firmware's HAL calls, not to its arithmetic, so that drivers
 and boot are included.
@@ -43,7 +43,7 @@ def replay(board: Board, firmware: Callable[[Any], HostedApplication]) -> Observ
     """Return text and LEDs of ``firmware`` with the samples read on ``board``.
 
     ``board`` has run with ``trace.record_all()``. ``firmware`` takes a HAL. Raises InputError for a
-    failed transfer, or a request for unread data.
+    failed transfer, or if ``firmware`` requests data that was not read.
     """
     hal = _ReplayHal(_Recording(board))
     application = firmware(hal)
@@ -81,7 +81,7 @@ class _Recording:
         self.end_ps = board.clock.now_ps
         self.reads = deque(_reads(board))
         addresses = board.description.addresses
-        self.devices = {address << 1: name for name, address in addresses.items()}  # in the HAL's form
+        self.devices = {address << 1: name for name, address in addresses.items()}  # as in HAL calls
         sent = list(bytes_sent(board.trace.of(TerminalBytes), board.terminal.uart))
         self.sent_ps = [at_ps for at_ps, _ in sent]
         self._line_ends = [number for number, (_, byte) in enumerate(sent, start=1) if byte == _LF]
@@ -89,7 +89,7 @@ class _Recording:
         self.left_ps = [at_ps + frame_ps for at_ps in self.sent_ps]
 
     def position(self, text: bytearray) -> int:
-        """Return the recorded position after as many lines and further bytes as ``text`` has."""
+        """Return the position after ``text`` in the recording, by its lines and further bytes."""
         lines = text.count(_LF)
         if not lines:
             return len(text)
@@ -156,7 +156,7 @@ class _ReplayHal(HalGpio):
         return self._clock.now_ps // PS_PER_MS
 
     def HAL_Delay(self, delay_ms: int) -> None:
-        """Continue at the latest text's end plus later delays."""
+        """Set the time to the end of the latest text plus all delays since then."""
         self._delayed_ps += delay_ms * PS_PER_MS
         self._clock.now_ps = self._spoken_ps + self._delayed_ps
         if self._clock.now_ps > self._recording.end_ps:
@@ -198,14 +198,14 @@ class _ReplayHal(HalGpio):
         raise _EndOfRecordingError
 
     def HAL_I2C_Mem_Write(self, dev_address: int, mem_address: int, data: bytes) -> int:
-        """Accept data without comparing it."""
+        """Accept the data, and do not compare it."""
         del dev_address, mem_address, data
         return HAL_OK
 
     # -- text, LEDs, timer ------------------------------------------------------------------------------
 
     def HAL_UART_Transmit(self, data: bytes, timeout_ms: int) -> int:
-        """Continue at this position in the recorded text, after all callbacks until then."""
+        """Advance to the end of this text in the recording, and run the callbacks until then."""
         del timeout_ms
         self._text += data
         left_ps = self._recording.left_ps

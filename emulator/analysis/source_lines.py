@@ -22,14 +22,14 @@ _MOST_SHOWN: Final = 60
 
 
 class SourceLines:
-    """The source lines of a compiled firmware's run."""
+    """Search for source lines of compiled firmware in a run."""
 
     def __init__(self, recorder: TruthRecorder) -> None:
         self._board = recorder.board
         self._switches = recorder.switches
 
     def line(self, expectation: object) -> str:
-        """Return the statement behind an expectation, with its place; an empty string if it is unknown."""
+        """Return the place of the statement that an expectation checks, or "" if it is unknown."""
         if self._board.chip is None:
             return ""
         if isinstance(expectation, ExpectLed | ExpectLedFollows):
@@ -41,7 +41,7 @@ class SourceLines:
         return ""
 
     def callback(self) -> str:
-        """Return the statement of the callback that waits, or else its first line."""
+        """Return the waiting statement of the callback, or the callback's first line."""
         if self._board.chip is None:
             return ""
         places = Places(self._board.chip.image)
@@ -50,7 +50,7 @@ class SourceLines:
         return places.place(start) if start is not None else ""
 
     def _formats(self) -> Iterator[NumberFormat]:
-        """Yield the formats of the lab and of the scenario."""
+        """Yield the formats of lines in the lab and in the scenario."""
         yield from map(NamedFormat, FIELDS)
         scenario = self._board.scenario
         for one in scenario.expectations if scenario is not None else ():
@@ -58,7 +58,7 @@ class SourceLines:
                 yield one.number_format()
 
     def _printed(self, wanted: str) -> str:
-        """Return the statement with the most similar format."""
+        """Return the printing statement whose format is most similar."""
         assert self._board.chip is not None
         image = self._board.chip.image
         printed = PrintedLines(image, Places(image), b"")
@@ -76,7 +76,7 @@ class SourceLines:
 
 
 def _similarity(one: Format, wanted: str) -> float:
-    """Return the similarity of a format's most similar line, from 0 to 1."""
+    """Compare all lines of a format, and return the largest similarity, from 0 to 1."""
     return max(SequenceMatcher(None, line, wanted.strip()).ratio() for line in _lines(one))
 
 

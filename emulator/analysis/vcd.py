@@ -1,9 +1,9 @@
 """``--vcd FILE``: the wires as a value change dump (IEEE 1364), for GTKWave, PulseView, sigrok.
 
-Decision: all wires in the VCD file have one bit, because the reader of sigrok stops at a vector.
+Decision: all wires in the VCD file have one bit, because sigrok stops reading at a vector.
 
-The writer, pyvcd of the extra ``views``, requires increasing times. Edges wait for ``HELD_PS``.
-Longer transfers are omitted and counted.
+The package pyvcd (extra ``views``) writes the file and requires increasing times, so edges are kept
+for ``HELD_PS`` and then written. Transfers that take longer are omitted and counted.
 """
 
 from __future__ import annotations

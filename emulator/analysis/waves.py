@@ -90,7 +90,7 @@ def spi(transfer: BusTransfer, mode: int, sck: str, data: str, select: str) -> I
 
 
 def frames(start_ps: int, data: bytes, frame_ps: Fraction, bit_ps: Fraction, wire: str) -> Iterator[Edge]:
-    """Yield serial bytes: start bit, eight bits from the lowest, stop bit."""
+    """Yield serial bytes: start bit, eight bits with the lowest first, stop bit."""
     for number, byte in enumerate(data):
         begin = start_ps + number * frame_ps
         yield int(begin), wire, 0

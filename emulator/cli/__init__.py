@@ -1,6 +1,6 @@
-"""Entry point of ``fcu``; every error becomes one line and an exit code.
+"""Entry point of ``fcu``. Every error becomes one line and an exit code.
 
-Large modules are imported inside functions, so that ``fcu --help`` answers at once.
+Large modules are imported inside functions, so that ``fcu --help`` answers immediately.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 
 _OUT_OF_RESOURCES = {errno.ENOMEM, errno.EMFILE, errno.ENFILE, errno.ENOSPC, errno.EDQUOT, errno.EAGAIN}
 _COMPLETION = "_FCU_COMPLETE"
-"""Variable by which a shell requests completions; click derives its name."""
+"""Variable by which a shell requests completions. Click derives this name from ``fcu``."""
 _LEAST_ADDRESS_SPACE = 256 << 20
-"""Bytes of address space; with less, numpy's linear algebra exits at once with code 1."""
+"""Bytes of address space. With fewer bytes, numpy's linear algebra ends the process with code 1."""
 _NOT_JUDGED, _INTERRUPTED, _READER_GONE = 4, 130, 141
 """Copies of exit codes, because importing exit_codes may fail."""
 
@@ -47,7 +47,7 @@ def main() -> None:
 
 
 def _execute_and_clean_up(arguments: Sequence[str]) -> int:
-    """Run the command line and clean up, even if further signals interrupt this."""
+    """Run the command line and clean up, even if further signals interrupt the cleanup."""
     code = None
     while True:
         try:
@@ -64,7 +64,7 @@ def _execute_and_clean_up(arguments: Sequence[str]) -> int:
 
 
 def _start_quickly() -> None:
-    """Change library defaults that cost a sixth of each start."""
+    """Change defaults of libraries that take a sixth of the start-up time."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices here are 3 x 3
     gc.set_threshold(20_000)  # fewer collections: loaded modules are never garbage
 
@@ -113,7 +113,7 @@ def _interrupted(request: BaseException) -> int:
 
 
 def _request_inside(error: BaseException) -> BaseException | None:
-    """Return the request to end inside ``error``: before Python 3.12 ``__set_name__`` wraps it."""
+    """Return the request to end that ``error`` wraps, as ``__set_name__`` does before Python 3.12."""
     found: BaseException | None = error
     while found is not None and not isinstance(found, KeyboardInterrupt | Terminated):
         found = found.__cause__ or found.__context__
@@ -165,7 +165,7 @@ def _show_warning(
     file: TextIO | None = None,
     line: str | None = None,
 ) -> None:
-    """Print warnings for users in one line; ignore others."""
+    """Print warnings for users in one line. Ignore other warnings."""
     del filename, lineno, file, line
     if issubclass(category, FutureWarning):
         from fcu_emulator.emulator.cli.screen import say
@@ -185,7 +185,7 @@ def _address_space() -> float:
 
 
 def _prints(arguments: Sequence[str]) -> bool:
-    """Return whether a command needs standard output; ``run`` has other outputs."""
+    """Return whether a command needs standard output. ``run`` may write elsewhere."""
     return arguments[:1] != ["run"] or not {"-h", "--help"}.isdisjoint(arguments)
 
 
@@ -218,7 +218,7 @@ def _is_broken_pipe(error: BaseException) -> bool:
 def _lost(stream: TextIO) -> Exception | None:
     """Flush the stream and return the error, if any.
 
-    After an error, redirect the stream, because Python flushes it again.
+    After an error, redirect the stream to a null device, because Python flushes it again at exit.
     """
     try:
         stream.flush()

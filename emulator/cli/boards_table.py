@@ -31,7 +31,7 @@ class BoardResult:
 
 
 def points_on_board(seed: int, verdict: Verdict, code: ExitCode) -> BoardResult:
-    """Return a verdict's points as a board's result."""
+    """Return the result of a board from the points of its verdict."""
     lost = [one.check for one in verdict.checks if one.outcome in ("failed", "partial") and one.max_points]
     points = f"{verdict.points:g} of {verdict.max_points:g}"
     if verdict.unjudged_points:
@@ -40,9 +40,9 @@ def points_on_board(seed: int, verdict: Verdict, code: ExitCode) -> BoardResult:
 
 
 class BoardsTable:
-    """Printer of the results, each when it is added.
+    """Printer of results. It prints each result as soon as it is added.
 
-    ``all_right``, ``is_lost``: texts for boards without and with losses.
+    ``all_right``: text for boards without a loss. ``is_lost``: text for a check that boards lose.
     """
 
     def __init__(self, title: str, all_right: str, is_lost: str) -> None:
@@ -59,7 +59,7 @@ class BoardsTable:
         click.echo(f"  {mark}  board {result.seed:<6} {visible(f'{result.score:<12} {more}').rstrip()}")
 
     def conclude(self, command: str) -> ExitCode:
-        """Print the summary and the ``command`` for one board; return the worst exit code."""
+        """Print a summary and the ``command`` for one board. Return the worst exit code."""
         codes = [one.code for one in self._results]
         passed = codes.count(ExitCode.PASSED)
         click.echo()

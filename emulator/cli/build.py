@@ -1,7 +1,7 @@
 """``fcu build``: build a project of ``fcu new`` without make, to the same bytes.
 
 Decision: the program's own files are compiled in every build, because the compiler's warnings must
-appear; those of ``support/`` only after a change.
+appear. Files of ``support/`` are compiled only after a change.
 """
 
 from __future__ import annotations
@@ -37,19 +37,19 @@ _MARKS = (
     re.compile("error:"),
     re.compile("Error "),
 )
-"""Patterns of important lines; the first that matches any line is used."""
+"""Patterns of important lines. Only the first pattern that matches a line is used."""
 _OPTIONS = ("cpu.options", "compile.options", "link.options")
 _ASSIGNMENT = re.compile(r"(?m)^(BUS|OPT|EXTRA_CFLAGS|PREFIX)[ \t]*[?:]?=[ \t]*(.*?)[ \t]*$")
 
 
 class ProjectBuildError(InputError):
-    """A project does not build; the text has the compiler's first errors."""
+    """A project does not build. The text has the compiler's first errors."""
 
     has_lines = True
 
 
 class BuildError(Exception):
-    """The compiler failed; ``log`` is its output."""
+    """The compiler failed. ``log`` is its output."""
 
     def __init__(self, log: str) -> None:
         super().__init__(log)
@@ -78,7 +78,7 @@ def build_project(folder: Path, command: str = "build") -> str:
 
 
 def build_with_make(folder: Path, command: str) -> str:
-    """Build any project with a Makefile; return make's output."""
+    """Build any project with a Makefile, and return make's output."""
     sources = sorted(path.name for path in folder.glob("*.c"))
     changed = [argument for name in sources for argument in ("-W", name)]
     compiler = find_compiler()
@@ -90,7 +90,7 @@ def build_with_make(folder: Path, command: str) -> str:
 
 
 def _run(command: Sequence[str], folder: Path) -> tuple[int, str]:
-    """Return exit code and output. Raises InputError without a normal end."""
+    """Return exit code and output. Raises InputError if the command cannot run or takes too long."""
     try:
         done = subprocess.run(
             command,
@@ -112,7 +112,7 @@ def _build_failed(folder: Path, log: str, command: str) -> str:
     lines = [visible(line) for line in log.splitlines() if line.strip()]
     if any("not found" in line or "No such file" in line for line in lines if "arm-none-eabi" in line):
         return f"{folder}: the chip's compiler is missing; to install it, see: fcu doctor"
-    here = f"{folder.resolve()}/"  # prefix of sources in the linker's messages
+    here = f"{folder.resolve()}/"  # prefix of source files in the linker's messages
     found = ([line.removeprefix(here) for line in lines if mark.search(line)] for mark in _MARKS)
     errors = next(filter(None, found), lines[-_ERRORS_SHOWN:])
     shown = [f"  {line[:WIDTH]}" for line in dict.fromkeys(errors)][:_ERRORS_SHOWN]
@@ -154,7 +154,7 @@ class _Build:
         self._gcc = _chosen(given.get("PREFIX", ""))
 
     def run(self) -> str:
-        """Compile and link; return the output. Raises BuildError, InputError."""
+        """Compile and link, and return the output. Raises BuildError, InputError."""
         self._forget_the_old_file()
         units = list(self._units())
         inputs, stamp = self._inputs(), self._folder / "build" / self._bus / "inputs.sha256"
@@ -182,7 +182,7 @@ class _Build:
         return log + text
 
     def _forget_the_old_file(self) -> None:
-        """Delete the old ELF file, which must not run after a failed build."""
+        """Delete the old ELF file, because the user must not run it after a failed build."""
         try:
             (self._folder / ELF).unlink(missing_ok=True)
         except OSError as error:
@@ -230,7 +230,7 @@ def _write_text(file: Path, text: str) -> None:
 
 
 def _chosen(prefix: str) -> Path:
-    """Return the compiler of the environment's or Makefile's PREFIX, else the first found."""
+    """Return the compiler that PREFIX names (environment, then Makefile), or the first that is found."""
     prefix = os.environ.get("PREFIX", "") or prefix
     if prefix and prefix != "arm-none-eabi-":
         return Path(f"{prefix}gcc")

@@ -1,7 +1,7 @@
 """Diagnoses that explain failed checks.
 
-Decision: a diagnosis of a LED is omitted if no failed check is about this LED, because an
-exercise's run shows all LEDs.
+Decision: a diagnosis of a LED is omitted if no failed check is about this LED, because each run of
+an exercise shows all LEDs.
 """
 
 from __future__ import annotations
@@ -30,6 +30,6 @@ def _leds(text: str) -> set[str]:
 
 
 def _without_numbers(text: str) -> str:
-    """Return the text without numbers, except that of a LED."""
+    """Return the text without numbers. Keep the numbers of LEDs."""
     leds = sorted(_leds(text))
     return " ".join([*leds, "".join(char for char in text if not char.isdigit())])

@@ -38,16 +38,16 @@ from fcu_emulator.emulator.scenario.expectations import Expectation
 from fcu_emulator.emulator.text import visible
 
 _WRONG = ("failed", "partial")
-_CHECKS_SHOWN = 4  # checks of an exercise
+_CHECKS_SHOWN = 4  # checks for each exercise
 _CAUSES_SHOWN = 2
-_SENTENCES_SHOWN = 4  # sentences of one cause
-_COMPARED = 60  # characters of a warning that are compared
+_SENTENCES_SHOWN = 4  # sentences for each cause
+_COMPARED = 60  # number of characters of a warning that are compared
 _COMMAND = 66  # maximum width of the column of commands
 _FUNCTION = re.compile(r"(\w+)\(")
 _NOT_BEGUN = frozenset({"missing", "stopped", "never lit", "blinks", "prerequisite"})
-"""Findings that an exercise can have before the student has written code for it."""
+"""Findings that are possible before the student has written code for the exercise."""
 _NOT_OF_THE_FORMULA = frozenset({"wrong format", "stopped", "prerequisite"})
-"""Findings for which a hint's further steps do not help."""
+"""Findings for which the further steps of a hint do not help."""
 
 
 def _rubric_of(options: CheckOptions) -> str:
@@ -55,7 +55,7 @@ def _rubric_of(options: CheckOptions) -> str:
 
 
 def _again(options: CheckOptions) -> str:
-    """Return the command without exercises, boards and hints."""
+    """Return the command without its options for exercises, boards and hints."""
     words = ["fcu", "check", *([options.target] if options.target != "." else [])]
     return command_line(
         [*words, *(["--rubric", options.rubric] if options.rubric not in (None, "lab3") else [])]
@@ -68,7 +68,7 @@ def check_program(options: CheckOptions) -> ExitCode:
         raise InputError("--boards must be used without --json, --save and --hint")
     rubric = load_rubric(_rubric_of(options))
     for name in options.exercises:
-        rubric.exercise(name)  # reports an unknown exercise before the build
+        rubric.exercise(name)  # raises an error for an unknown exercise before the build
     firmware, build_log = _built(options.target)
     with _workers(options.jobs, len(rubric.runs)) as workers:
         if options.boards is not None:
@@ -87,7 +87,7 @@ def check_program(options: CheckOptions) -> ExitCode:
 
 @contextmanager
 def _workers(jobs: int | None, runs: int) -> Iterator[Executor | None]:
-    """Yield an executor with further processes for the runs, or None if this process is enough."""
+    """Yield an executor that makes runs in further processes, or None if this process is enough."""
     count = min(jobs or os.cpu_count() or 1, runs)
     if count == 1 or limits_of_worker() is not None:
         yield None
@@ -161,9 +161,9 @@ def _write(path: Path, verdict: Verdict) -> None:
 
 
 def _save(folder: Path, verdict: Verdict, rubric: Rubric, firmware: str) -> tuple[dict[str, Path], list[str]]:
-    """Write the runs' motions as scenarios.
+    """Write the motions of the runs as scenarios.
 
-    Return the files of failed property checks, by check, and all files' names.
+    Return the files of failed property checks, by check, and the names of all files.
     """
     texts = {f"{run.run}.toml": run.replay for run in verdict.evidence if run.replay}
     laws: dict[str, Path] = {}
@@ -319,7 +319,7 @@ class _Screen:
                 yield from wrapped(f"  Not judged: {check.title}: {check.unjudged_because}", hang=0)
 
     def _causes(self, name: str) -> list[DiagnosedCause]:
-        """Return the failed runs' diagnoses, fatal ones first."""
+        """Return the diagnoses of the failed runs, fatal ones first."""
         causes = (cause for run in self._failed_runs(name) for cause in (*_stop(run), *run.causes))
         return relevant_causes(causes, self._not_passed(name))
 
@@ -340,7 +340,7 @@ class _Screen:
         if failed:
             yield ""
             yield paint("Not graded", "heading")
-            for check in failed:  # no hint about special cases while the exercise has a general error
+            for check in failed:  # no hints for special cases until the exercise is done
                 yield from _check(check, self._hints(check) if self._verdict.is_done(check.exercise) else [])
                 if check.check in self._laws:
                     yield f"        run: {self._run(self._laws[check.check])}"
@@ -352,7 +352,7 @@ class _Screen:
         return not any(cause.fatal or cause.kind in KEEPS_SAMPLES_AWAY for cause in causes)
 
     def _hints(self, check: CheckResult) -> list[tuple[str, str]]:
-        """Return the hint and the requested further steps, with labels."""
+        """Return the hint and as many further steps as the user requests, with labels."""
         if not check.hint:
             return []
         hints = [check.hint, *self._steps(check)]
@@ -362,7 +362,7 @@ class _Screen:
         return [(f"hint {number} of {len(hints)}", hint) for number, hint in enumerate(asked_for, 1)]
 
     def _steps(self, check: CheckResult) -> list[str]:
-        """Return a hint's further steps, if a formula can be wrong."""
+        """Return the further steps of a hint, if a wrong formula can be the cause."""
         wrong = check.finding not in _NOT_OF_THE_FORMULA
         return _table(self._rubric, check).hint_steps if wrong else []
 
@@ -377,12 +377,12 @@ class _Screen:
         return command_line([*words, "--scenario", str(scenario)] if scenario else words)
 
     def _is_said(self, remark: CheckResult) -> bool:
-        """Return whether the shown warning says the same."""
+        """Return whether the displayed warning of the compiler says the same."""
         done = all(self._verdict.is_done(name) for name in self._names)
         return bool(self._warning) and not done and self._warning[:_COMPARED] in remark.actual
 
     def _unjudged_remarks(self) -> Iterator[str]:
-        """Yield remarks that this machine cannot check, for begun exercises."""
+        """For exercises that have points, yield remarks that this machine cannot check."""
         begun = {one.exercise for one in self._verdict.checks if one.points}
         for check in self._verdict.unjudged:
             if not check.max_points and check.exercise in begun:
@@ -392,7 +392,7 @@ class _Screen:
                 )
 
     def _is_written(self, name: str, advice: str) -> bool:
-        """Return whether an exercise has points, the advised functions, or wrong lines."""
+        """Return whether an exercise has points, or its program has advised functions or wrong lines."""
         if any(one.points for one in self._verdict.of(name)):
             return True
         functions = _FUNCTION.findall(advice)

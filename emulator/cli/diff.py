@@ -35,9 +35,9 @@ _LONGEST = 100  # characters
 
 
 def compare_firmwares(options: DiffOptions) -> ExitCode:
-    """Run both and print the differences. Raises FcuError.
+    """Run both firmwares and print the differences. Raises FcuError.
 
-    Return PASSED if there are none and both ended normally.
+    Return PASSED without differences, if both runs have ended normally.
     """
     rules = Rules(
         _duration("--time-tolerance", options.time_tolerance),
@@ -129,7 +129,7 @@ def _report(
 
 
 def _look(line: str) -> Look | None:
-    """Return a line's look: red for the first firmware, green for the second."""
+    """Return the colour of a line: red for the first firmware, green for the second."""
     if line.startswith(("first difference", "also different")):
         return "heading"
     looks: dict[str, Look] = {"- ": "fail", "+ ": "pass"}

@@ -1,4 +1,4 @@
-"""``fcu doctor``: check this machine, and say what to install."""
+"""``fcu doctor``: check this machine, and list missing software."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _OPTIONAL_PACKAGES = {
     "PyYAML": ("yaml", "for fcu grade with downloads of Gradescope"),
     "distributed": ("distributed", "for fcu grade --dask on a cluster"),
 }
-"""Optional packages: module and purpose."""
+"""Optional packages: name of the module, and purpose."""
 _TERMINALS = {
     **({"screen": "screen", "minicom": "minicom"} if sys.platform != "win32" else {"ttermpro": "Tera Term"}),
     "putty": "PuTTY",
@@ -44,7 +44,7 @@ _MARK = 11  # width of the column of marks
 
 @dataclass(frozen=True)
 class MachineCheck:
-    """One line of the report; ``needed`` to run the board."""
+    """One line of the report. ``needed``: the board cannot run without it."""
 
     ok: bool
     text: str
@@ -52,7 +52,7 @@ class MachineCheck:
 
 
 def examine() -> bool:
-    """Print the report; return whether all needed parts are installed."""
+    """Print the report, and return whether everything that is needed is installed."""
     with ProgressLine("checking this machine"):
         findings = [_python(), *(_package(name) for name in _PACKAGES)]
         findings += [

@@ -1,4 +1,4 @@
-"""Exercises beside a live board, judged in another process."""
+"""Exercises of a live board, which are judged in another process."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from fcu_emulator.emulator.text import visible
 
 _LONGEST_S = 600.0  # wall time
 _MOST_CAUSES = 2
-_MOST_DETAILS = 5  # of one cause
+_MOST_DETAILS = 5  # for each cause
 
 
 class LabExercises:
@@ -33,7 +33,7 @@ class LabExercises:
         self._running: tuple[str, Future[Verdict], tempfile.TemporaryDirectory[str]] | None = None
 
     def offered(self) -> list[dict[str, Any]]:
-        """Return ``id``, ``title``, ``question`` and ``next`` of shown exercises."""
+        """Return ``id``, ``title``, ``question`` and ``next`` of the exercises that students see."""
         return [
             {
                 "id": one.id,
@@ -45,7 +45,7 @@ class LabExercises:
         ]
 
     def start(self, exercise: str, firmware: str, seed: int) -> None:
-        """Judge a copy of the firmware, whose file may change. Raises InputError."""
+        """Start to judge a copy of the firmware, because its file may change. Raises InputError."""
         self._rubric.exercise(exercise)
         if self._running is not None:
             raise InputError(
@@ -86,23 +86,23 @@ class LabExercises:
             self._running = None
 
     def _question(self, exercise: str) -> str:
-        """Return the question of the exercise's or first check's run, or ""."""
+        """Return the question of the run of the exercise or its first check, or ""."""
         table = self._rubric.exercise(exercise)
         run = table.run or self._rubric.run_of(table, table.check[0])
         question = self._rubric.scenario(run, 0).question
-        return "" if question == run else question  # the question of a scenario without one is the run's name
+        return "" if question == run else question  # a scenario without a question has the run's name instead
 
 
 def judged(firmware: str, rubric: str, exercise: str, seed: int) -> Verdict:
-    """Judge one exercise, in a worker. Raises InputError."""
+    """Judge one exercise in a worker. Raises InputError."""
     try:
         return judge(firmware, load_rubric(rubric), seed=seed, exercises=[exercise]).for_student()
-    except FcuError as error:  # some cannot be pickled
+    except FcuError as error:  # some kinds cannot be pickled
         raise InputError(str(error).splitlines()[0]) from None
 
 
 def as_checked(exercise: str, verdict: Verdict) -> Checked:
-    """Return a verdict as a message for the page."""
+    """Return a verdict on one exercise as a message for the web page."""
     checks = [one for one in verdict.of(exercise) if one.max_points > 0]
     points = sum(one.points for one in checks)
     state = "done" if verdict.is_done(exercise) else "begun" if points else "not yet"

@@ -10,8 +10,8 @@
 141     the reader of standard output has closed it, as in ``fcu ... | head``
 ======  ==========================================================================================
 
-Decision: exit codes 1 and 3 always describe the firmware, and a failure outside it is 4, so that a
-grader can tell "wrong" from "try again".
+Decision: exit codes 1 and 3 always describe the firmware, and a failure outside of it has code 4,
+so that a grader can tell "wrong" from "try again".
 
 Decision: ``fcu web`` reports its scenario's expectations but exits with 0, because the user may
 have moved the board.
@@ -33,13 +33,13 @@ class ExitCode(IntEnum):
     FIRMWARE_FAILED = 3
     NOT_JUDGED = 4
     INTERRUPTED = 130
-    """The shell's code after Ctrl-C, used for other requests to end as well."""
+    """The shell's code after Ctrl-C. Other requests to end have the same code."""
     READER_GONE = 141
     """The shell's code after SIGPIPE."""
 
 
 def code_of(error: FcuError) -> ExitCode:
-    """Return a known error's code, NOT_JUDGED for a bug."""
+    """Return the code of a known error, or NOT_JUDGED for a bug."""
     if isinstance(error, NotJudgedError):
         return ExitCode.NOT_JUDGED
     if isinstance(error, LimitError) and error.limit == "wall_s":  # depends on the machine
@@ -50,7 +50,7 @@ def code_of(error: FcuError) -> ExitCode:
 
 
 def with_losses(code: ExitCode, lost: int, reader_gone: bool = False) -> ExitCode:
-    """Return ``code``, or the loss's code if ``lost`` bytes of output did not arrive."""
+    """Return ``code``, or the code of a loss if ``lost`` bytes of output did not arrive."""
     if not lost or code not in (ExitCode.PASSED, ExitCode.FAILED):
         return code
     return ExitCode.READER_GONE if reader_gone else ExitCode.NOT_JUDGED

@@ -45,7 +45,7 @@ from fcu_emulator.emulator.host.isolation import WorkerLimits
 from fcu_emulator.emulator.text import csv_text, one_line, visible
 
 _OF_A_WORKER = WorkerLimits(memory_bytes=1 << 30, cpu_s=1800, file_bytes=256 << 20)
-"""LAB3's rubric takes about 6 s of processor time and 180 MB."""
+"""Limits of a worker. The LAB3 rubric takes about 6 s of processor time and 180 MB."""
 _MOST_LISTED = 20
 _TENTHS = 10
 _LINES_APART_S, _LONGEST_SILENCE_S = 10.0, 120.0
@@ -85,7 +85,7 @@ def _graded_class(
     found: dict[str, Graded],
     overrides: Mapping[str, tuple[Override, ...]],
 ) -> GradedClass:
-    """Grade the class and write reports; add results to ``found`` by id."""
+    """Grade the class and write reports. Add results to ``found``, keyed by id."""
     reports = Reports(out, rubric.title, after_due_date=not options.before_due_date)
     shown = _pseudonyms(out / "kept", submissions) if options.anonymous else None
     salt = secret(options.salt or out / "kept" / "salt.key")
@@ -171,7 +171,7 @@ def _with_lateness(graded: Graded, late_by_s: float, rubric: Rubric) -> Graded:
 
 
 def _reported(reports: Reports, graded: Graded) -> Graded:
-    """Write one report; a bug in it affects only this submission."""
+    """Write one report. A bug in this step affects only this submission."""
     try:
         return reports.student(graded)
     except FcuError:  # for example a full disk, which ends the grading
@@ -213,7 +213,7 @@ def _grader(
 
 @contextmanager
 def _workers(options: GradeOptions) -> Iterator[LocalWorkers | DaskWorkers]:
-    """Yield workers; local ones leave no temporary files, even if killed."""
+    """Yield workers. Local workers leave no temporary files, even if they are killed."""
     if options.dask is not None:
         with DaskWorkers(options.dask) as cluster:
             yield cluster
@@ -226,7 +226,7 @@ def _workers(options: GradeOptions) -> Iterator[LocalWorkers | DaskWorkers]:
 
 
 def _pseudonyms(kept: Path, submissions: list[Submission]) -> dict[str, Student]:
-    """Return pseudonyms by id, and write a table for the teacher."""
+    """Return pseudonyms by id, and write the table of pseudonyms for the teacher."""
     key = secret(kept / "pseudonym.key")
     students = {one.student.id: one.student for one in submissions}
     shown = {name: pseudonym(student, key) for name, student in students.items()}
@@ -237,7 +237,7 @@ def _pseudonyms(kept: Path, submissions: list[Submission]) -> dict[str, Student]
 
 @contextmanager
 def _progress(length: int) -> Iterator[Callable[[Graded], None]]:
-    """Show a counter on a terminal, else occasional lines."""
+    """Show a counter on a terminal, or else a line from time to time."""
     if not is_terminal(sys.stderr):
         yield _ProgressLines(length).advance
         return
@@ -251,7 +251,7 @@ def _progress(length: int) -> Iterator[Callable[[Graded], None]]:
 
 
 class _ProgressLines:
-    """Prints a line every tenth of a class or two minutes, at most one in ten seconds."""
+    """Printer of a line after each tenth of the class or two minutes, at most one in ten seconds."""
 
     def __init__(self, length: int) -> None:
         self._length = length
@@ -271,7 +271,7 @@ class _ProgressLines:
 
 
 def _conclude(whole: GradedClass, out: Path) -> ExitCode:
-    """Print the summary; the exit code describes only the grading."""
+    """Print the summary, and return an exit code that describes only the grading."""
     click.echo(paint(visible(whole.rubric_title), "heading"))
     for line in summary(whole):
         click.echo(visible(f"  {line}"))
@@ -326,7 +326,7 @@ def _pack_for_gradescope(options: GradeOptions, file: Path) -> ExitCode:
 
 
 def _submitter(metadata: Path) -> Student:
-    """Return Gradescope's student; in a group, that with the lowest id."""
+    """Return the student on Gradescope. In a group, return the student with the lowest id."""
     try:
         users = [user for user in _metadata(metadata)["users"] if isinstance(user, dict)]
         first = min(users, key=lambda user: str(user["id"]))
@@ -336,7 +336,7 @@ def _submitter(metadata: Path) -> Student:
 
 
 def _late_by_s(metadata: Path) -> float:
-    """Return the delay in seconds, after a group's latest due date; default: 0."""
+    """Return the delay in seconds after the latest due date in the group, 0 if it is unknown."""
     try:
         table = _metadata(metadata)
         own = [user.get("assignment", {}).get("due_date") for user in table["users"]]

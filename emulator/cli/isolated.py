@@ -19,7 +19,7 @@ from fcu_emulator.emulator.host.isolation import (
 
 
 def limits_of_run(settings: Sequence[str], isolate: bool) -> tuple[WorkerLimits | None, tuple[str, ...]]:
-    """Return the worker's limits (None without a worker) and the board's settings.
+    """Return the limits of the worker, or None without a worker, and the settings of the board.
 
     Raises InputError for a process limit without ``--isolate``.
     """
@@ -32,7 +32,7 @@ def limits_of_run(settings: Sequence[str], isolate: bool) -> tuple[WorkerLimits 
 
 
 def limits_of_process(settings: Sequence[str], isolate: bool) -> WorkerLimits | None:
-    """Return the worker's limits. Raises InputError for a limit of the board."""
+    """Return the limits of the worker. Raises InputError for a limit of the board."""
     limits, others = limits_of_run(settings, isolate)
     if others:
         known = ", ".join(field.name for field in fields(WorkerLimits))

@@ -30,7 +30,7 @@ def print_fidelity() -> None:
 
 
 def print_registers(name: str | None) -> None:
-    """Print the map of a sensor or peripheral, or all registers with this name. Raises InputError."""
+    """Print the registers of a sensor or peripheral, or all registers with this name. Raises InputError."""
     wanted = (name or "").strip().upper()
     peripheral = next((one for own, one in DECLARED.items() if own.upper() == wanted), None)
     if wanted in SENSORS:
@@ -156,7 +156,7 @@ def list_scenarios() -> None:
 
 
 def check_scenario(file: str) -> None:
-    """Check a scenario. Raises ScenarioError naming file and key path."""
+    """Check a scenario. Raises ScenarioError, which names file and key."""
     plan = load_scenario(file)
     click.echo(visible(f"{file}: valid; {plan.question}"))
 

@@ -19,7 +19,7 @@ _PUSHED_FOR = "1s"
 
 
 def move(options: MoveOptions) -> None:
-    """Move the running board and print its attitude before. Raises InputError."""
+    """Move the running board and print the attitude that it had before. Raises InputError."""
     new_word = OLD_WORDS.get(options.gesture or "")
     if new_word is not None:
         click.echo(f"fcu: warning: {options.gesture} is now called {new_word}; use that word", err=True)
@@ -33,7 +33,7 @@ def move(options: MoveOptions) -> None:
 
 
 def entries(options: MoveOptions, truth: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return timeline entries; ``truth`` is the board's state."""
+    """Return timeline entries for the user's options. ``truth`` is the board's state."""
     if options.duration is not None:
         try:
             parse_duration(options.duration)
@@ -65,7 +65,7 @@ def entries(options: MoveOptions, truth: dict[str, Any]) -> list[dict[str, Any]]
 
 
 def _turn(angles: dict[str, float | None], duration: str | None, truth: dict[str, Any]) -> dict[str, Any]:
-    """Return an entry that turns the board; None keeps an angle."""
+    """Return a timeline entry that turns the board. None keeps an angle as it is."""
     target = {name: truth[name] if angle is None else angle for name, angle in angles.items()}
     how = {"do": "follow_attitude"} if duration is None else {"do": "rotate_to", "for": duration}
     return how | target

@@ -31,8 +31,8 @@ _MARKDOWN = re.compile(r"[\\`*_{}\[\]<>#|&]")
 def create_project(directory: Path, bus: str, rubric: str | None = None) -> None:
     """Write the template into ``directory``, and print the next steps.
 
-    ``rubric``: copied with the files that it names. Raises InputError if the directory is not empty
-    or cannot be written.
+    The rubric is copied with the files that it names. Raises InputError if the directory is not
+    empty or cannot be written.
     """
     lab = None if rubric is None else load_rubric(rubric)
     beside = [] if lab is None else lab.files()
@@ -48,7 +48,7 @@ def create_project(directory: Path, bus: str, rubric: str | None = None) -> None
 
 
 def _copy_rubric(rubric: Rubric, beside: Sequence[Path], directory: Path) -> None:
-    """Copy the rubric and the files ``beside`` it, as ``fcu check`` expects."""
+    """Copy the rubric, and the files ``beside`` it, to the places that ``fcu check`` expects."""
     for name in beside:
         target = directory / name
         if target.exists():
@@ -90,7 +90,7 @@ def _write_text(path: Path, text: str) -> None:
 
 
 def main_of(rubric: Rubric) -> str:
-    """Return main.c, which prints LAB3's line after set-up if the rubric expects it."""
+    """Return main.c. It prints the start-up line of LAB3 if the rubric expects this line."""
     if arm.BOOT_LINE in lines_of(rubric):
         return arm.template_of(rubric.title, arm.BOOT_LINE)
     return arm.template_of(rubric.title)

@@ -1,4 +1,4 @@
-"""Options of commands that have more than three."""
+"""Options of commands that have more than three options."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def _file(help_text: str, *names: str) -> Any:
     return option(*names, type=PATH, metavar="FILE", help=help_text)
 
 
-# -- One command each ---------------------------------------------------------------------------------------
+# -- Options of a single command ----------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,7 +142,7 @@ class RunOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class MoveOptions:
-    """Arguments of ``fcu move``; None keeps an angle."""
+    """Arguments of ``fcu move``. None keeps an angle as it is."""
 
     gesture: str | None = argument(
         required=False,
@@ -313,7 +313,7 @@ class WebOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class CheckOptions:
-    """Arguments of ``fcu check``; ``rubric`` None: the project's, else LAB3's."""
+    """Arguments of ``fcu check``. ``rubric``: None uses that of the project, or else of LAB3."""
 
     target: str = argument(metavar="[FOLDER|FILE]", default=".")
     exercises: tuple[str, ...] = option(

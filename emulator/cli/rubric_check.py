@@ -1,4 +1,4 @@
-"""``fcu rubric check FILE``: check a rubric, and show points that it gives away."""
+"""``fcu rubric check FILE``: check a rubric, and show points that wrong programs get."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _TEMPLATE = "template-arm"
 
 
 def check_rubric(file: str, programs: bool) -> None:
-    """Load a rubric; with ``programs``, judge trial programs by it. Raises RubricError."""
+    """Load a rubric. If ``programs`` is True, judge trial programs by this rubric. Raises RubricError."""
     rubric = load_rubric(file)
     count = sum(len(exercise.check) for exercise in rubric.exercises)
     click.echo(
@@ -62,7 +62,7 @@ def _try(file: str, rubric: Rubric) -> None:
 
 
 def _given_away(tried: Sequence[Trial]) -> dict[str, int]:
-    """Return by check how many programs get points."""
+    """For each check, return the number of programs that get points."""
     earned = [check for trial in tried for check in trial.earned]
     return {check: earned.count(check) for check in dict.fromkeys(earned)}
 

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from fcu_emulator.emulator.scenario import Result
 
 
-_SLOWEST, _FASTEST = 0.001, 1e6  # virtual over wall time
+_SLOWEST, _FASTEST = 0.001, 1e6  # virtual time divided by wall time
 _STOPPING = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
 """Ctrl-C, kill, a closed terminal; on Windows Ctrl-Break and a closed console."""
 
@@ -141,7 +141,7 @@ def _check_files(options: RunOptions) -> None:
 
 @contextmanager
 def _kept_flash(board: Board, path: Path | None) -> Iterator[None]:
-    """Restore the flash from a file, and write it at the end. Raises InputError, OutputError."""
+    """Restore the flash memory from a file, and save it at the end. Raises InputError, OutputError."""
     if path is None:
         yield
         return
@@ -180,7 +180,7 @@ def create_board(options: RunOptions) -> Board:
 
 
 def run_end_ps(options: RunOptions, board: Board) -> int | None:
-    """Return the run's end, or None for never. Raises InputError."""
+    """Return the end of the run, or None if the run has no end. Raises InputError."""
     if options.duration is not None:
         try:
             return parse_duration(options.duration)
@@ -190,9 +190,7 @@ def run_end_ps(options: RunOptions, board: Board) -> int | None:
 
 
 def _speed(text: str | None, serial: tuple[str, ...], end_ps: int | None) -> float | None:
-    """Return the ratio of virtual to wall time, or None without pacing; default: 1 if a user
-    watches.
-    """
+    """Return virtual time per wall time, or None without pacing. Default: 1 if a user watches."""
     if text is None:
         in_terminal = sys.stdout is not None and sys.stdout.isatty()
         watched = in_terminal or any(spec != "stdout" and not spec.startswith("file:") for spec in serial)
@@ -291,7 +289,7 @@ def _announcement(
 
 
 def set_limits(board: Board, settings: tuple[str, ...]) -> Limits | None:
-    """Apply ``--limit``; firmware for the chip always has limits."""
+    """Apply ``--limit``. Firmware for the chip always has limits."""
     if not settings:
         return board.chip.limits if board.chip else None
     from fcu_emulator.emulator.chip.firmware import parse_limits
@@ -303,13 +301,13 @@ def set_limits(board: Board, settings: tuple[str, ...]) -> Limits | None:
 
 
 def exceeded_limit(board: Board, limits: Limits | None, paced: bool) -> Callable[[float], str]:
-    """Return a function that checks the limits between slices. The chip checks its own."""
+    """Return a function that checks limits between time slices. The chip checks its own limits."""
     plan = board.scenario
 
     def exceeded(wall_s: float) -> str:
         if limits is not None and board.chip is None:
             limits.check_printed(board.terminal.uart.received_count())
-            if not paced:  # a paced run waits, so its wall time is long in any case
+            if not paced:  # a paced run waits, so its wall time is always long
                 limits.check_wall(wall_s)
         return plan.exceeded(board, wall_s) if plan else ""
 
@@ -318,7 +316,7 @@ def exceeded_limit(board: Board, limits: Limits | None, paced: bool) -> Callable
 
 @dataclass(frozen=True)
 class Judgement:
-    """A run's exit code and result; ``unchecked``: why expectations were not checked."""
+    """The exit code and result of a run. ``unchecked``: why expectations were not checked."""
 
     code: ExitCode
     result: Result | None = None
@@ -355,7 +353,7 @@ def _judge_and_say(board: Board, runner: Runner, record: RunRecord) -> ExitCode:
 
 
 def _with_sources(result: Result, board: Board, recorder: TruthRecorder) -> Result:
-    """Return the result with the firmware's statements behind failed expectations."""
+    """Add to each failed expectation the firmware's statement that it checks."""
     if board.chip is None or board.scenario is None or result.passed:
         return result
     from fcu_emulator.emulator.analysis.source_lines import SourceLines  # slow to import: pydantic
@@ -369,7 +367,7 @@ def _with_sources(result: Result, board: Board, recorder: TruthRecorder) -> Resu
 
 
 def _explain_wrong_numbers(board: Board, firmware: str | None, result: Result | None) -> list[Diagnosis]:
-    """Return the wrong formula behind wrong numbers, by the project's rubric."""
+    """Explain wrong numbers by wrong formulas, with the formulas of the project's rubric."""
     if result is None or board.scenario is None or board.chip is None:
         return []
     from fcu_emulator.emulator.scenario.expectations import ExpectField  # slow to import: pydantic
@@ -397,7 +395,7 @@ def _say_result(result: Result, code: ExitCode) -> None:
     for finding in result.findings:
         head, *diff = finding.lines
         say_to_user(head, "fail", "FAIL")
-        for line in diff:  # the diff and the source line: the program's text, printed without wrapping
+        for line in diff:  # the diff and the source line have the program's text, which must not be wrapped
             say_to_user(line, wrap=False)
     if result.checks:
         if result.findings:
@@ -415,7 +413,7 @@ class Stoppable(Protocol):
 
 @contextmanager
 def interruptible(run: Stoppable) -> Iterator[list[str]]:
-    """Yield a list that gets the signal's name when a signal ends the run.
+    """Yield a list. A signal ends the run and adds its name to this list.
 
     A second Ctrl-C ends the program. Ignored signals stay ignored.
     """
@@ -450,7 +448,7 @@ def _silently(line: str, look: Look | None = None) -> None:
 
 
 def open_debugger(board: Board, port: int | None, halt: bool, stack: ExitStack) -> GdbServer | None:
-    """Return the server, or None without ``port``; ``stack`` closes it. Raises InputError."""
+    """Return the server, or None if ``port`` is None. ``stack`` closes the server. Raises InputError."""
     if port is None:
         if halt:
             raise InputError("--halt must be used with --gdb PORT, such as --gdb 3333")

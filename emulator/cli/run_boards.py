@@ -33,11 +33,11 @@ _OF_ONE_BOARD: dict[str, tuple[object, ...]] = {
     "halt": (False,),
     "verbose": (False,),
 }
-"""Options that a run on several boards restricts, with the values that it allows."""
+"""Restricted options for a run on several boards, with the allowed values."""
 
 
 def run_on_boards(options: RunOptions, count: int) -> ExitCode:
-    """Run on ``count`` boards; print their lines and a summary. Raises FcuError."""
+    """Run on ``count`` boards, and print a line for each and a summary. Raises FcuError."""
     _refuse_useless(options)
     board = create_board(options)
     if board.scenario is None or not board.scenario.expectations:

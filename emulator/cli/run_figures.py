@@ -16,11 +16,11 @@ from fcu_emulator.emulator.buses.i2c import I2CBus
 from fcu_emulator.emulator.buses.spi import SpiBus
 from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S
 
-_FEWEST_LOOKS = 100  # enough for two digits of a share
+_FEWEST_LOOKS = 100  # enough for a share with two digits
 
 
 def figures(board: Board, recorder: TruthRecorder) -> Iterator[str]:
-    """Return the summary's lines with numbers."""
+    """Return the lines of the summary with these figures."""
     for i2c in board.signals.i2c.values():
         yield from _bus(i2c)
     for spi in board.signals.spi.values():

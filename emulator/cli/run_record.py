@@ -4,7 +4,7 @@
 written after the verdict, so an empty file means a killed run.
 
 ==============  ====================================================================================
-exit_code       as :mod:`fcu_emulator.emulator.cli.exit_codes`; ``verdict`` is the same as a word
+exit_code       a code of :mod:`fcu_emulator.emulator.cli.exit_codes`; ``verdict``: its name
 error           the error that ended the run, or null
 timer           the lab's timer: rate, ticks, late and lost ones, longest wait
 chip            resets and similar events
@@ -15,7 +15,7 @@ serial          lost terminal text by link
 diagnoses       problems of the firmware, a wrong formula first: kind, summary, details, data
 expectations    counts and failures; null if not evaluated, then ``unchecked`` says why
 printed         the latest 1,000 lines: time, values by field (null in another format),
-                and each field's smallest and largest true value before
+                and each field's smallest and largest true value before printing
 leds            changes, sampled 20 times a second
 lines           further lines on stderr, also with ``--quiet``
 ==============  ====================================================================================

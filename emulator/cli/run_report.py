@@ -1,6 +1,7 @@
 """Output of ``fcu run`` on stderr: progress, explanation of a failure, summary.
 
-Firmware is diagnosed after three virtual seconds without output, again after twice the time.
+Firmware is diagnosed after three virtual seconds without output, and again each time that this
+silence has doubled.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ _EVERY_LOG_S = 10.0
 
 
 class ProgressDisplay:
-    """Progress: one line on a terminal, a line every ten seconds in a log.
+    """Display of progress: one line on a terminal, or a line every ten seconds in a log.
 
     A terminal with the board's text shows no progress.
     """
@@ -71,7 +72,8 @@ def summary(
 ) -> Iterator[tuple[str, Look | None]]:
     """Yield the lines of the summary with their colours.
 
-    ``all_notes``: also those of correct runs. ``all_uarts``: output of USARTs without a terminal.
+    ``all_notes``: also yield the notes of correct runs. ``all_uarts``: also yield the output of
+    USARTs without a terminal.
     """
     factor = board.now_s / wall_s if wall_s > 0 else 0.0
     yield f"{board.now_s:.3f} s of virtual time in {wall_s:.2f} s, {factor:.1f} x real time", "heading"
@@ -137,7 +139,7 @@ def _bus_errors(board: Board) -> Iterator[str]:
 
 
 _USUAL_NOTES = {("LIS2MDL", "no-temperature-compensation")}
-"""Notes in every correct run: the lab sets that bit after switching the sensor on."""
+"""Notes that every correct run causes: the lab sets this bit only after it has switched the sensor on."""
 
 
 def _notes(board: Board, all_notes: bool) -> Iterator[str]:
@@ -148,7 +150,7 @@ def _notes(board: Board, all_notes: bool) -> Iterator[str]:
 
 
 def chip_events(board: Board) -> dict[str, tuple[float, int]]:
-    """Return the chip's events: first time in seconds, and count."""
+    """Return the chip's events, each with its first time in seconds and its count."""
     found: dict[str, tuple[float, int]] = {}
     for event in board.trace.of(Fault):
         if event.where == CHIP_NAME:
@@ -169,7 +171,7 @@ def received_bytes_lost(board: Board) -> int:
 
 
 def notes(board: Board) -> list[tuple[DeviceNote, int]]:
-    """Return the first note of each text, with the number of equal ones."""
+    """Return the first note of each text, with the number of equal notes."""
     first: dict[tuple[str, str, str], DeviceNote] = {}
     counts: Counter[tuple[str, str, str]] = Counter()
     for note in board.trace.of(DeviceNote):
@@ -186,7 +188,7 @@ _FIRST_QUESTION_S = 3.0
 
 
 class Explainer:
-    """Explanation of one run's failures; ``say`` prints each line."""
+    """Explanation of the failures in one run. ``say`` prints each line."""
 
     def __init__(self, board: Board, say: Say) -> None:
         self._board = board
@@ -200,7 +202,7 @@ class Explainer:
         self._patience_s = _FIRST_QUESTION_S
 
     def look(self) -> None:
-        """Explain silent firmware that is stuck, between slices."""
+        """Explain why firmware without output is stuck. Called between time slices."""
         board = self._board
         if board.chip is None:
             return
@@ -217,12 +219,12 @@ class Explainer:
     def conclude(self, explain_wrong: Callable[[], Sequence[Diagnosis]] = tuple) -> None:
         """Explain every mistake of the run. Raises FirmwareError after a permanent failure.
 
-        ``explain_wrong``: explains wrong numbers, if the firmware runs and gets samples.
+        ``explain_wrong`` is called to explain wrong numbers, if the firmware runs and gets samples.
         """
         from fcu_emulator.emulator.analysis.mistakes import (
             explain,
             without_explained,
-        )  # late: runs start sooner
+        )  # imported late, so that runs start sooner
         from fcu_emulator.emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY
 
         found = explain(self._board, self.recorder)

@@ -3,8 +3,9 @@
 Pipes, files and logs get plain text. The environment variable ``NO_COLOR`` (https://no-color.org)
 and ``TERM=dumb`` turn colours off.
 
-Decision: the progress line has a thread, so that long steps and other programs show their time,
-too. Calls from each command's loop were rejected, because they pause during a long step.
+Decision: the progress line has a thread, so that it also shows the time of long steps and of other
+programs. Calls from each command's loop were rejected, because a loop makes no calls during a long
+step.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.text import visible
 
 _LOCK: Final = threading.RLock()
-"""Held while the progress line is drawn or erased, and while another line takes its place."""
+"""Lock for drawing and erasing the progress line, and for printing another line instead."""
 WIDTH: Final = 98
 """Longest line of wrapped text, in columns."""
 Look: TypeAlias = Literal["pass", "fail", "warning", "heading"]
@@ -35,23 +36,23 @@ _LOOKS: Final[dict[Look, dict[str, Any]]] = {
 }
 _FIRST_AFTER_S = 1.0  # a short command shows no progress
 _EVERY_S = 0.2
-_LONGEST = 78  # characters of a progress line; a longer one would be wrapped, and not be erased
+_LONGEST = 78  # characters; a longer progress line would be wrapped, and could not be erased
 
 
 def is_terminal(stream: TextIO | None) -> bool:
-    """Return whether a stream has a user and can show colours and a changing line."""
+    """Return whether a stream is a terminal that can show colours and erase a line."""
     return stream is not None and stream.isatty() and os.environ.get("TERM") != "dumb"
 
 
 def mark_of(code: ExitCode) -> tuple[Look, str]:
-    """Return the look and the mark of a verdict."""
+    """Return the colour and the mark of a verdict."""
     if code == ExitCode.NOT_JUDGED:
         return "warning", "----"
     return ("pass", "PASS") if code == ExitCode.PASSED else ("fail", "FAIL")
 
 
 def paint(text: str, look: Look | None, *, err: bool = False) -> str:
-    """Return ``text`` with a colour if standard output (``err``: standard error) shows colours."""
+    """Return ``text`` with a colour if the stream (stdout, or stderr with ``err``) shows colours."""
     coloured = is_terminal(sys.stderr if err else sys.stdout) and not os.environ.get("NO_COLOR")
     return click.style(text, **_LOOKS[look]) if look is not None and coloured else text
 
@@ -78,7 +79,7 @@ class Say(Protocol):
 
 
 def say(line: str, look: Look | None = None, mark: str = "", *, wrap: bool = True) -> None:
-    """Print a line on stderr with the prefix ``fcu:``; control characters become escapes.
+    """Print a line on stderr with the prefix ``fcu:``. Control characters become escapes.
 
     ``mark``, such as "FAIL", begins the line and has its colour. A terminal wraps long lines,
     unless ``wrap`` is False.
@@ -99,7 +100,7 @@ def gap() -> None:
 
 
 class ProgressLine:
-    """A context with a line on stderr that shows ``text`` and the elapsed time until the end.
+    """A context that shows a line on stderr with ``text`` and the elapsed time.
 
     It appears after a second, only on a terminal. ``visible_if``: a further condition.
     """
@@ -128,7 +129,7 @@ class ProgressLine:
             self._thread.start()
 
     def end(self) -> None:
-        """Erase the line for good."""
+        """Erase the line and stop the display."""
         ProgressLine._current = None
         self._over.set()
         if self._thread is not None:

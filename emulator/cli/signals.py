@@ -19,7 +19,7 @@ _raised: list[int] = []
 
 
 class Terminated(BaseException):
-    """Signal ``number`` asked the process to end; general handlers ignore this exception."""
+    """Signal ``number`` asked the process to end. ``except Exception`` does not catch this."""
 
     def __init__(self, number: int) -> None:
         self.number = number
@@ -35,7 +35,7 @@ def end_in_order() -> None:
 
 
 def end_at_once() -> None:
-    """Let future requests end the process at once."""
+    """Let future requests end the process immediately."""
     for name in _NAMES:
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is _raise:
@@ -45,7 +45,7 @@ def end_at_once() -> None:
 def ask_again(unraisable: sys.UnraisableHookArgs) -> None:
     """Repeat a request that Python could not raise.
 
-    Another thread repeats it, because Python would drop it here again.
+    Another thread repeats the request, because Python would ignore it again in this thread.
     """
     error = unraisable.exc_value
     if isinstance(error, KeyboardInterrupt | Terminated):

@@ -1,6 +1,7 @@
-"""``fcu terminal``: a serial terminal; typed keys go to the board one by one.
+"""``fcu terminal``: a serial terminal that sends each typed key to the board.
 
-Decision: output is passed to the console unchanged, so that recordings have every byte as sent.
+Decision: output is passed to the console unchanged, so that recordings have every byte as the board
+sent it.
 
 Decision: the keyboard has a separate thread, because ``select`` does not support Windows' console.
 """
@@ -35,7 +36,7 @@ else:
 LEAVE = b"\x1d"  # Ctrl-]
 _WAIT_S = 0.05
 _CHUNK = 4096
-_TYPED_AT_ONCE = 1024  # bytes of one message
+_TYPED_AT_ONCE = 1024  # bytes in one message
 _BAUD = 115_200
 
 
@@ -73,7 +74,7 @@ class _TcpPort:
             return None
 
     def write(self, data: bytes) -> None:
-        while data:  # sendall would not tell how much was sent before the timeout, which is set for reading
+        while data:  # the timeout of reads also stops writes; sendall would not tell how much it has sent
             with contextlib.suppress(TimeoutError):
                 data = data[self._socket.send(data) :]
 
@@ -92,7 +93,7 @@ class _SerialPort:
             raise LinkError(f"{name}: {getattr(error, 'strerror', None) or error}") from error
 
     def read(self) -> bytes | None:
-        try:  # available bytes only: pyserial loses an incomplete longer read when the port closes
+        try:  # only available bytes: if the port closes during a longer read, pyserial loses bytes
             data: bytes = self._device.read(max(1, min(self._device.in_waiting, _CHUNK)))
         except self._errors:
             return None
@@ -106,7 +107,7 @@ class _SerialPort:
 
 
 class _ControlPort:
-    """Terminal of a board without a serial port, by its control server."""
+    """Terminal of a board that has no serial port. It uses the board's control server."""
 
     def __init__(self, board: RunningBoard) -> None:
         self._conversation = ControlClient(board)
@@ -142,7 +143,7 @@ class _ControlPort:
 
 
 def open_port(where: str | None, board: str | None = None) -> tuple[str, Port]:
-    """Return name and port, by default of the running board. Raises InputError."""
+    """Return the name and the port, by default those of the running board. Raises InputError."""
     if where is None:
         running = the_running_board(board)
         if not running.serial:
@@ -157,7 +158,7 @@ def open_port(where: str | None, board: str | None = None) -> tuple[str, Port]:
 
 
 def converse(where: str | None, board: str | None = None) -> ExitCode:
-    """Run a terminal until Ctrl-] or the board's end. Raises InputError."""
+    """Run a terminal until Ctrl-], or until the board ends. Raises InputError."""
     name, port = open_port(where, board)
     over = threading.Event()
     with contextlib.closing(port), _ended_by_signals(over), Console() as console:
@@ -203,7 +204,7 @@ def _type(console: Console, port: Port, over: threading.Event) -> None:
 
 
 class Console:
-    """Standard input and output: single keys on a console, else unchanged bytes."""
+    """Standard input and output. A console gives single keys, other streams give unchanged bytes."""
 
     def __init__(self) -> None:
         self.is_keyboard = sys.stdin is not None and sys.stdin.isatty()
@@ -229,7 +230,7 @@ class Console:
         self._out.flush()
 
     def read(self) -> bytes:
-        """Wait for typed data; b"" at the end."""
+        """Wait for typed data and return it, or b"" at the end of input."""
         if sys.stdin is None:
             return b""
         if sys.platform == "win32" and self.is_keyboard:
@@ -240,8 +241,7 @@ class Console:
 if sys.platform != "win32":
 
     def _raw(descriptor: int) -> Callable[[], None]:
-        """Make the console return each key at once, including Ctrl-C; return a function that undoes
-        this.
+        """Make the console return each key, even Ctrl-C, at once. Return a function that undoes it.
 
         The mode of the output does not change.
         """
@@ -254,11 +254,11 @@ if sys.platform != "win32":
 
 
 _ESCAPES = {"H": "A", "P": "B", "M": "C", "K": "D", "G": "H", "O": "F"}
-"""Last character of xterm's escape sequence by Windows' key code, for arrows, Home and End."""
+"""Last character of xterm's escape sequences for arrows, Home and End, by Windows key code."""
 
 
 def key(getwch: Callable[[], str], kbhit: Callable[[], bool]) -> bytes:
-    """Return a Windows console key as a serial line's bytes; skip keys without bytes."""
+    """Wait for a key of a Windows console and return its bytes. Skip keys without bytes."""
     while True:
         character = getwch()
         if character == "\x00" or (character == "\xe0" and kbhit()):

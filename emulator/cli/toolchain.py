@@ -1,4 +1,4 @@
-"""The compiler arm-none-eabi-gcc: on the PATH, or in the vendors' usual folders."""
+"""Search for the compiler arm-none-eabi-gcc on the PATH and in the vendors' usual folders."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def find_compiler(
 ) -> Path | None:
     """Return the compiler's path, or None.
 
-    ``environment``: PATH, HOME and Windows' variables. ``root``: replaces / on Linux and macOS.
+    ``environment`` has PATH, HOME and the variables of Windows. ``root`` replaces / on Linux and macOS.
     """
     name = COMPILER + (".exe" if system == "win32" else "")
     found = shutil.which(COMPILER, path=environment.get("PATH", os.defpath))

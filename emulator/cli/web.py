@@ -78,7 +78,7 @@ def serve_board(options: WebOptions) -> ExitCode:
 
 
 def _exercises(firmware: str | None) -> Exercises | None:
-    """Return the project's exercises, None without a usable rubric."""
+    """Return the exercises of the project, or None without a usable rubric."""
     from fcu_emulator.emulator.cli.exercises import (
         LabExercises,  # slow: loads all of grading
     )

@@ -1,1 +1,1 @@
-"""Find the first value that firmware computes differently from a lab's formulas, and its line."""
+"""Find the first value that firmware computes differently from a lab's formulas, and the source line."""

@@ -1,4 +1,4 @@
-"""Compare a lab's formulas with a firmware's values, and find the formula that it computes instead.
+"""Compare the formulas of a lab with the values in firmware, and find the formula used instead.
 
 Decision: a mistake is reported only if it explains the printed numbers. A typical mistake in one
 formula is proven if the later formulas give the printed numbers in every pose. A value in a
@@ -34,18 +34,18 @@ from fcu_emulator.emulator.explain.expression import (
 from fcu_emulator.emulator.explain.search import ValueSearch
 
 Formulas = Mapping[str, Node]
-"""Steps in order: each uses inputs and earlier steps."""
+"""Steps in order. Each step uses inputs and earlier steps."""
 
 _MOST_MISTAKES: Final = 2
 _MOST_TRIED: Final = 5_000
-"""Formulas tried for one printed number: at most about a second."""
+"""Maximum number of formulas to try for one printed number, which takes about a second."""
 _LOOSE: Final = 1e-3
-"""If the tolerance is above this share of the value, equality proves nothing, as for the sine of a large number."""
+"""If the tolerance is above this share of the value, equality proves nothing (sine of a large number)."""
 _FIRST: Final = 5
-"""Candidates for the first of two mistakes."""
+"""Maximum number of candidates for the first of two mistakes."""
 _VALUE_FACTORS: Final = (2.0, 0.5, 10.0, 0.1, 100.0, 0.01, 1000.0, 0.001)
 _DIGITS: Final = range(2, 8)
-"""Digits of a constant: the smallest number of digits that gives the printed numbers is used."""
+"""Possible numbers of digits of a constant. The fewest digits that give the printed numbers are used."""
 
 
 @dataclass(frozen=True)
@@ -58,13 +58,13 @@ class Mistake:
     computed: Node
     """Formula of the firmware."""
     addresses: tuple[int, ...]
-    """Instructions that compute the wrong value, or one of its operands; may be empty."""
+    """Instructions that compute the wrong value or one of its operands. May be empty."""
     is_later: bool
-    """Whether the instructions compute a later step from the wrong value instead."""
+    """Whether ``addresses`` are instead instructions that compute a later step from the wrong value."""
     part: Node
     """The part of ``computed`` that differs from ``formula``."""
     part_addresses: tuple[int, ...]
-    """Instructions that have the value of ``part``; empty for a constant."""
+    """Instructions that compute the value of ``part``. Empty for a constant."""
     expected: npt.NDArray[np.float64]
     """Values of the lab's formula, by pose."""
     actual: npt.NDArray[np.float64]
@@ -72,14 +72,14 @@ class Mistake:
 
 @dataclass(frozen=True)
 class PrintedNumbers:
-    """A printed field's numbers by pose; ``resolution``: one unit of the last digit."""
+    """Numbers of a printed field by pose. ``resolution``: one unit of the last digit."""
 
     values: npt.NDArray[np.float64]
     resolution: float
 
 
 class Alignment:
-    """A lab's formulas beside a firmware's values in several poses of the board.
+    """Comparison of a lab's formulas with a firmware's values in several poses of the board.
 
     ``inputs``: sensor values by name and pose. ``search``: values that the firmware computes in the
     last ``poses`` poses. The functions ``largest``, ``smallest`` and ``first`` also use earlier
@@ -108,7 +108,7 @@ class Alignment:
         return self._fits(self._values(self.formulas)[output], printed)
 
     def computed_steps(self) -> int:
-        """Return how many steps the firmware computes by these formulas."""
+        """Return the number of steps that the firmware computes by these formulas."""
         values = self._values(self.formulas)
         return sum(bool(self._addresses(values[name])) for name in self.formulas)
 
@@ -121,11 +121,11 @@ class Alignment:
         return self._values(self.formulas)
 
     def computes(self, step: str) -> bool:
-        """Return whether an instruction has the values of a step."""
+        """Return whether an instruction computes the values of a step."""
         return bool(self._addresses(self._values(self.formulas)[step]))
 
     def mistakes(self, output: str, printed: PrintedNumbers) -> list[Mistake]:
-        """Return the mistakes that together give the printed numbers; [] if not found."""
+        """Return the mistakes that together give the printed numbers, or [] if none are found."""
         self._tried = 0
         self._dependents.clear()
         return self._explained(self.formulas, output, printed, _MOST_MISTAKES)
@@ -152,7 +152,7 @@ class Alignment:
         return samples[:, -self._poses :]
 
     def _addresses(self, samples: Samples) -> list[int]:
-        """Return the instructions that compute these values; [] without proof."""
+        """Return the instructions that compute these values, or [] without proof."""
         last = self._last(samples)
         tolerance = self._evaluator.tolerance(last)
         if (
@@ -173,7 +173,7 @@ class Alignment:
         return bool(np.where(finite, near, ~np.isfinite(printed.values)).all())
 
     def _may_fit(self, value: float, printed: PrintedNumbers) -> bool:
-        """Return False if a value in the first logged pose excludes that :meth:`_fits` returns True.
+        """Return False if a value in the first logged pose shows that :meth:`_fits` returns False.
 
         The limit is twice the largest tolerance, because library functions differ in the last bits.
         """
@@ -188,7 +188,7 @@ class Alignment:
     ) -> list[Mistake]:
         values = self._values(formulas)
         suspects = self._suspects(formulas, output, values)
-        suspects.sort(key=lambda name: not self._differs(values[name]))  # a constant fits many mistakes
+        suspects.sort(key=lambda name: not self._differs(values[name]))  # many mistakes explain a constant
         if depth == _MOST_MISTAKES:
             exchanged = self._other_step(formulas, output, output, printed)
             if exchanged is not None:
@@ -216,7 +216,7 @@ class Alignment:
     def _suspects(self, formulas: Formulas, output: str, values: Mapping[str, Samples]) -> list[str]:
         """Return the steps that the firmware does not seem to compute, in order.
 
-        A step is computed if an instruction has its values, or those of a step that needs it.
+        A step counts as computed if an instruction computes it, or computes a step that needs it.
         """
         chain = _in_order(formulas, output)
         right: set[str] = set()
@@ -226,7 +226,7 @@ class Alignment:
         return [name for name in chain if name not in right]
 
     def _differs(self, samples: Samples) -> bool:
-        """Return whether the values differ among poses."""
+        """Return whether the values differ from pose to pose."""
         return bool(np.ptp(self._last(samples)[0]) != 0)
 
     def _varies(self, name: str) -> bool:
@@ -236,7 +236,7 @@ class Alignment:
     def _other_step(
         self, formulas: Formulas, name: str, output: str, printed: PrintedNumbers
     ) -> Mistake | None:
-        """Find another step or input that the firmware uses instead."""
+        """Find another step or input that the firmware uses instead of a step."""
         for other in (*formulas, *self._inputs):
             depends = name != output and name in _in_order(formulas, other)
             if other == name or depends or not self._varies(other):
@@ -246,7 +246,7 @@ class Alignment:
         return None
 
     def _zero(self, formulas: Formulas, name: str, output: str, printed: PrintedNumbers) -> Mistake | None:
-        """Find a value in place of which the firmware uses 0."""
+        """Find out whether the firmware uses 0 instead of a step's value."""
         zero = Number(0.0)
         gives = self._gives(formulas, name, zero, output, printed)
         return self._mistake(formulas, name, zero, output) if gives else None
@@ -254,7 +254,7 @@ class Alignment:
     def _changed_value(
         self, formulas: Formulas, name: str, output: str, printed: PrintedNumbers
     ) -> Mistake | None:
-        """Find a simple change of a right value that the firmware uses in place of it: a sign or a factor."""
+        """Find a sign or a factor by which the firmware's value differs from the step's value."""
         value = Name(name)
         changes: list[Node] = [Negative(value)]
         changes += [Operation("*", value, Number(factor)) for factor in _VALUE_FACTORS]
@@ -266,7 +266,7 @@ class Alignment:
     def _computed(
         self, formulas: Formulas, name: str, output: str, printed: PrintedNumbers
     ) -> Mistake | None:
-        """Find an edit in the log that gives the printed numbers."""
+        """Find an edit of a formula that gives the printed numbers and whose value is in the log."""
         for computed in edits(formulas[name], self._before(formulas, name)):
             samples = self._evaluator(computed)
             if (
@@ -278,7 +278,7 @@ class Alignment:
         return None
 
     def _edited(self, formulas: Formulas, name: str, output: str, printed: PrintedNumbers) -> Mistake | None:
-        """Find an edit that gives the printed numbers."""
+        """Find an edit of a formula that gives the printed numbers."""
         for computed in edits(formulas[name], self._before(formulas, name)):
             if self._tried > _MOST_TRIED:
                 return None
@@ -289,7 +289,7 @@ class Alignment:
     def _with_constant(
         self, formulas: Formulas, name: str, output: str, printed: PrintedNumbers
     ) -> Mistake | None:
-        """Find a constant, factor or summand that gives the printed numbers, with the fewest digits."""
+        """Find the constant, factor or summand with the fewest digits that gives the printed numbers."""
         for kind in constants(formulas[name]):
             found = [
                 one
@@ -310,7 +310,7 @@ class Alignment:
         output: str,
         printed: PrintedNumbers,
     ) -> tuple[int, Node] | None:
-        """Return the digits of a constant that gives the printed numbers, and the formula with it."""
+        """Return the formula with a constant that gives the printed numbers, and its number of digits."""
         wanted = float(printed.values[0])
         if self._tried > _MOST_TRIED or not math.isfinite(wanted):
             return None
@@ -340,7 +340,7 @@ class Alignment:
         return found
 
     def _before(self, formulas: Formulas, name: str) -> list[str]:
-        """Return varying inputs and steps that do not depend on a step."""
+        """Return inputs and steps that vary and do not depend on a step."""
         every = (*self._inputs, *formulas)
         return [one for one in every if self._varies(one) and name not in _in_order(formulas, one)]
 
@@ -354,7 +354,7 @@ class Alignment:
         )
 
     def _in_first_pose(self, formulas: Formulas, name: str, computed: Node, output: str) -> float:
-        """Return an output with another formula of one step in the first logged pose."""
+        """Return an output in the first logged pose if one step has another formula."""
         values = dict(self._first_pose)
         for step, formula in ((name, computed), *self._later(formulas, name, output)):
             value = number(formula, values)
@@ -364,7 +364,7 @@ class Alignment:
         return values[output]
 
     def _changed(self, formulas: Formulas, name: str, computed: Node, output: str) -> Samples:
-        """Return an output with another formula of one step."""
+        """Return an output in all poses if one step has another formula."""
         evaluator = self._evaluator
         kept = dict(evaluator.values)
         evaluator.values[name] = evaluator(computed)
@@ -375,9 +375,9 @@ class Alignment:
         return result
 
     def _later(self, formulas: Formulas, name: str, output: str) -> list[tuple[str, Node]]:
-        """Return an output's steps that depend on a step, in order, with their formulas."""
+        """Return the steps of an output that depend on a step, in order, with their formulas."""
         key = id(formulas), name, output
-        if key not in self._dependents:  # the formulas are kept, so that other objects do not get the same id
+        if key not in self._dependents:  # the entry keeps the formulas, so that no other object gets their id
             steps = _dependents(formulas, name, output)
             self._dependents[key] = formulas, [(one, formulas[one]) for one in steps]
         return self._dependents[key][1]
@@ -412,7 +412,7 @@ class Alignment:
         )
 
     def _after(self, formulas: Formulas, name: str, computed: Node, output: str) -> list[int]:
-        """Return the first later instruction that computes a step from the wrong one."""
+        """Return the first instruction that computes a later step from the wrong step."""
         for other in _in_order(formulas, output):
             if name in _in_order(formulas, other) and other != name:
                 found = self._addresses(self._changed(formulas, name, computed, other))
@@ -432,7 +432,7 @@ class Alignment:
 
 
 def _dependents(formulas: Formulas, name: str, output: str) -> list[str]:
-    """Return an output's steps that depend on a step, in order."""
+    """Return the steps of an output that depend on a step, in order."""
     return [one for one in _in_order(formulas, output) if one != name and name in _in_order(formulas, one)]
 
 

@@ -1,4 +1,4 @@
-"""Functions of a program that nothing calls, although the lab calls them."""
+"""Functions that a program defines but never calls, although the lab calls them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _THUMB: Final = 1
 
 @dataclass(frozen=True)
 class LabCall:
-    """A function that the lab calls in ``caller``; without the call, the numbers of ``checks`` are wrong."""
+    """A function that the lab calls in ``caller``. Without this call, the numbers of ``checks`` are wrong."""
 
     function: str
     caller: str
@@ -32,7 +32,8 @@ class LabCall:
 def never_called(image: FirmwareImage, calls: Iterable[LabCall]) -> Iterator[tuple[LabCall, Diagnosis]]:
     """Yield the functions that the program defines and never calls, in the order of ``calls``.
 
-    A function is called if any instruction or word of the image has its address. Debug information is needed.
+    A function counts as called if any instruction or word of the image has its address. Without
+    debug information, nothing is yielded.
     """
     symbols = image.symbols
     if symbols is None:
@@ -54,7 +55,7 @@ def never_called(image: FirmwareImage, calls: Iterable[LabCall]) -> Iterator[tup
 def _neighbour(
     image: FirmwareImage, places: Places, missing: LabCall, calls: Sequence[LabCall], caller: int
 ) -> Iterator[str]:
-    """Yield the place of the call before the missing one, or else of the call after it."""
+    """Yield the place of the lab's call before the missing call, or else of the lab's call after it."""
     at = calls.index(missing)
     before = [("after", one) for one in reversed(calls[:at])]
     for where, one in [*before, *(("before", one) for one in calls[at + 1 :])]:
@@ -65,7 +66,7 @@ def _neighbour(
 
 
 def _is_called(image: FirmwareImage, function: Definition) -> bool:
-    """Return whether a part of the image outside of a function leads to it."""
+    """Return whether code or data outside of a function has its address."""
     if function.is_inlined:
         return True
     if function.address is None:
@@ -82,7 +83,7 @@ def _is_called(image: FirmwareImage, function: Definition) -> bool:
 
 
 def _jumps(data: npt.NDArray[np.int64], begin: int, target: int) -> npt.NDArray[np.int64]:
-    """Return the halfwords at which a BL, B.W or B leads to ``target``."""
+    """Return the halfwords at which a BL, B.W or B jumps to ``target``."""
     address = begin + 2 * np.arange(len(data))
     first, second = data[:-1], data[1:]
     sign = first >> 10 & 1

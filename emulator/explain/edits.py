@@ -1,4 +1,4 @@
-"""Typical mistakes in a formula: each is one edit of its tree."""
+"""Typical mistakes in a formula. Each mistake is one edit of the formula's tree."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _ANGLE: Final = (Number(180.0), Number(math.pi))
 
 
 def edits(formula: Node, known: Iterable[str]) -> Iterator[Node]:
-    """Yield the formula with one mistake, the likely ones first. ``known``: exchangeable names."""
+    """Yield variants of the formula with one mistake, likely ones first. ``known``: other names."""
     names = tuple(known)
     yield from _everywhere(formula, lambda node: _operand(node, names))
     for edit in (_function, _operation, _sign, _number, _unit, _usual_factor):
@@ -45,7 +45,7 @@ def edits(formula: Node, known: Iterable[str]) -> Iterator[Node]:
 
 
 def _everywhere(formula: Node, edit: Callable[[Node], Iterator[Node]]) -> Iterator[Node]:
-    """Yield the formula with each edit of each part, the innermost first."""
+    """Yield the formula with each edit of each part, innermost parts first."""
     operands = children(formula)
     for index, operand in enumerate(operands):
         for edited in _everywhere(operand, edit):
@@ -142,7 +142,7 @@ def _replaced(node: Node, others: Mapping[Node, Node]) -> Node:
 
 
 def _unit(node: Node) -> Iterator[Node]:
-    """Yield the node in degrees, in radians, as integer and as absolute value."""
+    """Yield the node converted to degrees, to radians, to an integer and to its absolute value."""
     half_turn, pi = _ANGLE
     if isinstance(node, Name | FunctionCall):
         yield Operation("/", Operation("*", node, half_turn), pi)
@@ -158,9 +158,9 @@ def _usual_factor(node: Node) -> Iterator[Node]:
 
 
 def constants(formula: Node) -> Iterator[list[tuple[float, Callable[[float], Node]]]]:
-    """Yield the usual values and the formulas for all places of an unknown constant, by kind, the likely kinds first.
+    """For each kind of place of an unknown constant, yield usual values and formulas, likely kinds first.
 
-    The unknown replaces a number, replaces an operand, or multiplies or increases it.
+    The unknown constant replaces a number, or it replaces, multiplies or increases an operand.
     """
     for edit in (_other_number, _a_number, _scaled):
         yield list(_places(formula, edit, lambda changed: changed))

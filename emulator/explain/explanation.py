@@ -1,4 +1,4 @@
-"""Explain wrong printed numbers by the line that computes another formula than the lab."""
+"""Explain wrong printed numbers by the source line whose formula differs from the lab's."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Arithmetic:
 
 @dataclass(frozen=True)
 class ShownNumber:
-    """A printed number of a failed check, and its step. ``field``: its name, such as ``ACC.x``."""
+    """A printed number of a failed check, and its step. ``field``: name of the number, such as ``ACC.x``."""
 
     check: str
     step: str
@@ -74,9 +74,9 @@ class Explanation:
 def explain_numbers(
     firmware: str | Path, arithmetic: Arithmetic, outputs: Iterable[ShownNumber], limits: Limits
 ) -> list[Explanation]:
-    """Return explanations of wrong outputs, each mistake once, in the order of the formulas.
+    """Return explanations of wrong outputs, in the order of the formulas. Each mistake appears one time.
 
-    Return [] without an explanation, or if the firmware fails in a pose.
+    Return [] if none is found, or if the firmware fails in a pose.
     """
     probed = probe(firmware, arithmetic.inputs, limits)
     if probed is None:
@@ -91,7 +91,7 @@ def explain_numbers(
 
 
 def first_of(explanations: Sequence[Explanation]) -> list[Diagnosis]:
-    """Return the first mistake's diagnosis, which names the other steps."""
+    """Return the diagnosis of the first mistake. It also names the other wrong steps."""
     if not explanations:
         return []
     first = explanations[0]
@@ -119,7 +119,7 @@ class _Explainer:
         self._best: dict[tuple[int, ...], Alignment] = {}
 
     def explain(self, output: ShownNumber) -> Iterator[Explanation]:
-        """Yield a wrong output's mistakes; nothing if right, constant or not printed."""
+        """Yield the mistakes in an output. Yield nothing if it is correct, constant or not printed."""
         printed, line = self._printed(output)
         if printed is None:
             return
@@ -145,7 +145,7 @@ class _Explainer:
                 return
 
     def _used(self, alternatives: Sequence[Alternative]) -> Alignment:
-        """Return the formulas with the alternatives of which the firmware computes more steps."""
+        """Return the formulas, with those alternatives of which the firmware computes more steps."""
         every = self._arithmetic.alternatives
         key = tuple(number for number, one in enumerate(every) if one in alternatives)
         if key not in self._best:
@@ -158,7 +158,7 @@ class _Explainer:
             other = self._alignment({**best.formulas, **one.formulas})
             values_are_inputs = all(isinstance(formula, Name) for formula in one.formulas.values())
             if values_are_inputs and any(map(best.computes, one.formulas)):
-                continue  # every program has these values
+                continue  # every program computes the values of inputs
             if other.computed_steps() > best.computed_steps():
                 best = other
         return best
@@ -238,9 +238,9 @@ class _Explainer:
             yield from filter(None, (source_text(self._probed.image, symbols.line_at(site)),))
 
     def _part(self, mistake: Mistake, place: str) -> Iterator[str]:
-        """Yield where the same function first has the value of the wrong part, if in another line.
+        """Yield the line where the same function first gets the wrong part's value, if it is another line.
 
-        For a whole value in place of another one, yield where the program computes it.
+        If a whole value is used in place of another, yield where the program computes it.
         """
         if isinstance(mistake.computed, Name):
             lines = sorted({self._places.place(one) for one in mistake.part_addresses}, key=_line_number)
@@ -295,18 +295,18 @@ class _Explainer:
         )
 
     def _state_site(self, state: WrongState) -> int | None:
-        """Return an instruction that stores the variable, or else the first one that compares with it."""
+        """Return an instruction that stores the variable, or else the first that loads it."""
         use = self._uses[state.address]
         own = self._own(site for site, _ in use.stores.most_common()) or self._own(sorted(use.loads))
         return own[0] if own else None
 
     def _own(self, sites: Iterable[int]) -> list[int]:
-        """Return the instructions outside of libraries and drivers."""
+        """Return those instructions that are outside of libraries and drivers."""
         ranges = own_code(self._probed.image)
         return [site for site in sites if any(begin <= site < end for begin, end in ranges)]
 
     def _site(self, mistake: Mistake, output: ShownNumber, line: str) -> int | None:
-        """Return an instruction of the mistake: its print, a computation, or the load of a wrong operand."""
+        """Return an instruction of the mistake: a print, a computation, or the load of a wrong operand."""
         if mistake.step == output.step and isinstance(mistake.computed, Name):
             printed = PrintedLines(self._probed.image, self._places, line.encode("latin-1"))
             return printed.address(printed.lines[0].made_by) if printed.lines else None
@@ -315,7 +315,7 @@ class _Explainer:
 
 
 def _is_other_value(mistake: Mistake) -> bool:
-    """Return whether the firmware uses another value than that of the step, instead of computing it otherwise."""
+    """Return whether the firmware uses another value instead of the step, not another formula."""
     used = set(names(mistake.computed))
     is_name = isinstance(mistake.computed, Name) and used.isdisjoint(names(mistake.formula))
     return is_name or used <= {mistake.step}
@@ -341,7 +341,7 @@ def _number(value: float) -> str:
 
 
 def _resolution(line: str) -> float:
-    """Return the finest unit of a line's numbers."""
+    """Return one unit of the last digit in the number with the most decimals."""
     digits = [
         len(one.partition(".")[2]) for one in line.split() if one.replace(".", "", 1).lstrip("-").isdigit()
     ]

@@ -1,7 +1,7 @@
 """Formulas of a lab as text: ``atan2(-acc_x, sqrt(acc_y**2 + acc_z**2))``.
 
 Formulas have names, numbers, ``+ - * / **``, and the functions of ``FUNCTIONS``. Repeated
-evaluation with other rounding errors of single precision gives the tolerance of comparisons.
+evaluations with random rounding errors of single precision give the tolerance of comparisons.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ import numpy as np
 import numpy.typing as npt
 
 Samples: TypeAlias = npt.NDArray[np.float64]
-"""Shape (REPEATS, poses); row 0 has no rounding errors."""
+"""Values with shape (REPEATS, poses). Row 0 has no rounding errors."""
 
 REPEATS: Final = 6
 _SINGLE_PRECISION: Final = 2.0**-23
 _TOLERANCE: Final = 4.0
-"""Multiple of the largest deviation among the repetitions."""
+"""The tolerance is this multiple of the largest deviation among the repetitions."""
 _LONGEST: Final = 500
 _MOST_NODES: Final = 100
 
@@ -32,10 +32,10 @@ class Function(NamedTuple):
 
     of_samples: Callable[..., Any]
     of_numbers: Callable[..., float] | None
-    """The same for the numbers of one pose; None: the function uses earlier poses."""
+    """The same function for the numbers of one pose. None: the function uses earlier poses."""
     arguments: int = 1
     is_exact: bool = False
-    """Whether the result has no rounding error."""
+    """Whether the function adds no rounding error to the result."""
 
 
 FUNCTIONS: Final[Mapping[str, Function]] = {
@@ -60,7 +60,7 @@ FUNCTIONS: Final[Mapping[str, Function]] = {
         lambda samples: np.repeat(samples[:, :1], samples.shape[1], axis=1), None, is_exact=True
     ),
 }
-"""``largest``, ``smallest`` and ``first`` use all values since the beginning."""
+"""Known functions. ``largest``, ``smallest`` and ``first`` use all values since the beginning."""
 _SIGNS: Final = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Pow: "**"}
 _OPERATORS: Final[Mapping[str, Function]] = {
     "+": Function(np.add, operator.add),
@@ -73,7 +73,7 @@ CONSTANTS: Final = {"pi": math.pi}
 
 
 class FormulaError(ValueError):
-    """An invalid formula; the message names the rule."""
+    """An invalid formula. The message names the rule."""
 
 
 Node: TypeAlias = "Name | Number | FunctionCall | Operation | Negative"
@@ -153,7 +153,7 @@ def _node(node: ast.expr) -> Node:
 
 
 def names(node: Node) -> Iterator[str]:
-    """Yield a formula's names in the order of the text."""
+    """Yield the names in a formula, in the order of the text."""
     if isinstance(node, Name):
         yield node.name
     for child in children(node):
@@ -236,9 +236,9 @@ def _operation_text(node: Operation, above: int) -> str:
 
 
 def number(node: Node, values: Mapping[str, float]) -> float | None:
-    """Return a formula's value in one pose, without rounding errors; much faster than :class:`Evaluator`.
+    """Return a formula's value in one pose, without rounding errors. Much faster than :class:`Evaluator`.
 
-    None: the formula needs the values of other poses, or is undefined for these values.
+    Return None if the formula needs the values of other poses, or is undefined for these values.
     """
     try:
         return _number(node, values)
@@ -264,7 +264,7 @@ def _number(node: Node, values: Mapping[str, float]) -> float:
 
 
 class Evaluator:
-    """Evaluates formulas over named samples, with single-precision rounding errors."""
+    """Evaluator of formulas on named samples, with single-precision rounding errors."""
 
     def __init__(self, values: Mapping[str, Samples], poses: int) -> None:
         self.values = dict(values)
@@ -275,7 +275,7 @@ class Evaluator:
         self._next = 0
 
     def __call__(self, node: Node) -> Samples:
-        """Return a formula's values; nan without a value or outside a function's domain."""
+        """Return the values of a formula: nan for missing inputs or outside of a function's domain."""
         with np.errstate(all="ignore"):
             return self._value(node)
 

@@ -1,7 +1,7 @@
 """Run firmware in several poses of an ideal board, and log the values that it computes.
 
-The board, with a magnet on it, stands still in each pose. Formulas with equal values in all poses
-are taken as equal. The first poses only set the largest and smallest value of each axis.
+The board, with a magnet on it, stands still in each pose. Formulas count as equal if their values
+are equal in all poses. The first poses only set the largest and smallest value of each axis.
 """
 
 from __future__ import annotations
@@ -42,25 +42,24 @@ PAST: Final = (
     ProbePose(40, 10, -160, 0),
     ProbePose(40, -50, -20, 0),
 )
-"""The field of each axis is nearer to its middle than in ``POSES``, whose extremes therefore differ from these."""
+"""Poses before ``POSES``, whose field is less extreme on each axis, so that ``POSES`` give new extremes."""
 POSES: Final = (ProbePose(-25, -55, 75, 140), ProbePose(62, 15, -30, 220), ProbePose(-15, 33, 120, 300))
-"""The poses whose values are logged. The board is tilted about both axes, so that every exchange of axes
-changes a value.
+"""Logged poses. The board is tilted about both axes, so that every exchange of axes changes a value.
 """
 _HARD_IRON_MGAUSS: Final = (720.0, -680.0, 650.0)
-"""Stronger than the earth's field, so that an extreme that begins at 0 is wrong."""
+"""Hard iron stronger than the earth's field, so that an extreme that begins at 0 is wrong."""
 _TEMPERATURE_DEGC: Final = 23.5
 _START_UP_S: Final = 0.002
-"""Time after which the start-up code has set the variables."""
+"""Time after which the start-up code has initialized the variables."""
 _START_S: Final = 2.3
-"""Time until the first read of the firmware after its start."""
+"""Time after which the firmware has begun to read the sensors."""
 _SETTLE_S: Final = 0.2
-"""Long enough for two samples of a sensor at 10 Hz."""
+"""Time to settle, enough for two samples of a sensor at 10 Hz."""
 _WORD, _PC = 4, 15
 _READ_S: Final = 0.1
-"""Longer than the period of the slowest sensor's reads."""
+"""Time for reads, longer than the period in which the slowest sensor is read."""
 _LOGGED_S: Final = 1.3
-"""Longer than the lab's period of printing."""
+"""Logged time, longer than the lab's period of printing."""
 _LIBRARY: Final = re.compile(
     r"newlib|libgcc|picolibc|(?:^|[/\\])(?:stm32\w*|startup\w*|system_\w*)\.\w+$", re.IGNORECASE
 )
@@ -69,7 +68,7 @@ _LIBRARY: Final = re.compile(
 
 @dataclass(frozen=True)
 class InputRegister:
-    """The first register of a sensor's signed number, little-endian."""
+    """The first register of a signed little-endian number in a sensor."""
 
     sensor: str
     register: int
@@ -78,7 +77,7 @@ class InputRegister:
 
 @dataclass(frozen=True)
 class Probed:
-    """The sensors' numbers in all poses; computed values and printed lines in logged ones."""
+    """The sensors' numbers in all poses, and the computed values and printed lines in logged poses."""
 
     inputs: Mapping[str, npt.NDArray[np.float64]]
     logs: Sequence[Values]
@@ -89,7 +88,7 @@ class Probed:
 
 
 def probe(firmware: str | Path, inputs: Mapping[str, InputRegister], limits: Limits) -> Probed | None:
-    """Run a firmware file through the poses; None for Python firmware or a failure."""
+    """Run a firmware file in all poses. Return None for Python firmware or after a failure."""
     board = Board(firmware, ideal=True)
     if board.chip is None:
         return None
@@ -106,14 +105,14 @@ def probe(firmware: str | Path, inputs: Mapping[str, InputRegister], limits: Lim
 
 
 class WordUse(NamedTuple):
-    """Instructions that store a word, and those that load it."""
+    """Instructions that store a word of the RAM, and instructions that load it."""
 
     stores: Counter[int]
     loads: Counter[int]
 
 
 def uses_of(firmware: str | Path, words: Collection[int], limits: Limits) -> Mapping[int, WordUse]:
-    """Run a firmware through the poses, and return the instructions that use some words of the RAM."""
+    """Run a firmware in all poses, and return the instructions that use these words of the RAM."""
     uses = {address: WordUse(Counter(), Counter()) for address in words}
     board = Board(firmware, ideal=True)
     if board.chip is None or not uses:
@@ -166,7 +165,7 @@ def _run(
 
 
 def _start(board: Board) -> list[bytes]:
-    """Prepare the world, run the start-up code, and return the RAM after it."""
+    """Prepare the world, run the start-up code, and return the contents of the RAM."""
     assert board.chip is not None
     board.world.set_hard_iron(*_HARD_IRON_MGAUSS)
     board.world.set_temperature(_TEMPERATURE_DEGC)
@@ -184,7 +183,7 @@ _Bytes = dict[tuple[str, int], int]
 
 
 def _watched_run(board: Board, seen: _Bytes, seconds: float) -> None:
-    """Run, and collect the bytes read from the sensors."""
+    """Run the board, and collect the bytes that the firmware reads from the sensors."""
 
     def collect(event: TraceEvent) -> None:
         if isinstance(event, BusTransfer) and event.written:
@@ -216,7 +215,7 @@ def _complete_lines(board: Board, since: int) -> list[str]:
 
 
 def own_code(image: FirmwareImage) -> list[tuple[int, int]]:
-    """Return the begin and end of the code outside of the C library and the vendor's drivers."""
+    """Return the address ranges of the code outside of the C library and the vendor's drivers."""
     if image.symbols is None:
         return []
     ranges = image.symbols.code_ranges(lambda path: not _LIBRARY.search(path))

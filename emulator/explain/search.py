@@ -12,19 +12,18 @@ from fcu_emulator.emulator.chip.cpu.value_log import Values, as_numbers
 
 _TYPES: Final = ("int32", "float32", "float64")
 _MOST_VALUES: Final = 40
-"""An instruction with more different values in one pose belongs to a counter or a copy, in which any value
-may occur.
+"""An instruction with more values in one pose is in a counter or a copy, where any value may occur.
 """
 
 
 class ValueSearch:
-    """Values in several poses. An instruction computes a quantity if its values fit in all poses."""
+    """Logged values in several poses. An instruction computes a quantity if its values fit in all poses."""
 
     def __init__(self, logs: Sequence[Values]) -> None:
         self._tables = [_sorted(log) for log in logs]
 
     def addresses(self, expected: npt.NDArray[np.float64], tolerance: npt.NDArray[np.float64]) -> list[int]:
-        """Return the addresses, in ascending order, that compute the expected value of each pose."""
+        """Return the addresses of instructions that compute the expected value of each pose, ascending."""
         if not np.all(np.isfinite(expected)):
             return []
         found: set[int] = set()

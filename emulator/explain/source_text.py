@@ -15,7 +15,7 @@ SOURCE_SUFFIXES: Final = frozenset({".c", ".h", ".cc", ".cpp", ".cxx", ".hpp", "
 
 
 def source_text(image: FirmwareImage, line: SourceLine | None) -> str:
-    """Return a source line, or a remark if the source has changed since the build; "" without the file.
+    """Return a source line, or a remark if the file is newer than the build, or "" without the file.
 
     Only files in the ELF file's folder are read, because debug information may name any file.
     """
@@ -38,5 +38,5 @@ def _line(file: Path, number: int) -> str:
         return ""
     lines = file.read_text(encoding="utf-8", errors="replace").splitlines()
     text = lines[number - 1].strip() if 0 < number <= len(lines) else ""
-    is_statement = any(map(str.isalnum, text))  # not the brace at a function's end
+    is_statement = any(map(str.isalnum, text))  # false for the brace at a function's end
     return f"{file.name}:{number}: {visible(text)[:_LONGEST]}" if is_statement else ""

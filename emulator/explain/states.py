@@ -1,7 +1,8 @@
 """Wrong extremes: variables that should keep the largest or smallest value so far.
 
-A word of the RAM with the right value after every pose is the variable of a step; the words beside it belong to the
-missing steps. A rule "if v > e then e = w" explains such a word if it gives all its values.
+A word of the RAM with the correct value after every pose is the variable of a step. The words
+beside it belong to the steps without a variable. A rule "if v > e then e = w" explains such a word
+if the rule gives all values of the word.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ _WORD: Final = 4
 
 @dataclass(frozen=True)
 class Rule:
-    """``if compared operator limit then the variable is set to assigned``; without effect, only ``initial`` counts."""
+    """``if compared operator limit then the variable is set to assigned``, starting with ``initial``."""
 
     compared: str
     operator: str
@@ -49,7 +50,7 @@ class WrongState:
 
 
 def extreme_of(formula: Node) -> tuple[str, str] | None:
-    """Return the function and the name in a formula such as ``largest(mag_x)``; None for other formulas."""
+    """Return the function and the name in a formula such as ``largest(mag_x)``, or None."""
     match formula:
         case FunctionCall(function="largest" | "smallest" as function, arguments=(Name(name=name),)):
             return function, name
@@ -57,7 +58,7 @@ def extreme_of(formula: Node) -> tuple[str, str] | None:
 
 
 class States:
-    """The extremes of a lab beside the variables of a program.
+    """Comparison of a lab's extremes with the variables of a program.
 
     ``memory``: the RAM at the start and after each pose. ``values``: the values of inputs and steps by pose.
     """
@@ -77,7 +78,7 @@ class States:
         self._words = [np.stack([np.frombuffer(one, kind) for one in memory]) for kind in _TYPES]
 
     def wrong(self) -> list[WrongState]:
-        """Return the variables with wrong values, in the order of the steps; [] if most steps have no variable."""
+        """Return the variables with wrong values, ordered by step, or [] if most steps have no variable."""
         right = {name: found for name in self._steps if (found := self._variables(name))}
         missing = [name for name in self._steps if name not in right]
         if not missing or len(right) < len(missing):
@@ -95,7 +96,7 @@ class States:
         return sorted(states, key=lambda one: list(self._steps).index(one.step))
 
     def _variables(self, step: str) -> tuple[int, list[int]] | None:
-        """Return the type and the words of a step's variable; None without a variable."""
+        """Return the type and the words of a step's variable, or None without a variable."""
         for kind, words in enumerate(self._words):
             with np.errstate(invalid="ignore"):
                 found = np.flatnonzero((words[1:] == self._values[step][:, None]).all(axis=0))
@@ -127,7 +128,7 @@ class States:
         return WrongState(step, name, address, right, rule, self._values[step], values)
 
     def _rule(self, right: Rule, step: str, values: Values) -> Rule | None:
-        """Return the rule that gives the values; None if none or several equally likely ones give them."""
+        """Return the rule that gives these values, or None if no rule or several equally likely rules do."""
         for kind in self._rules(right):
             fitting = [one for one in kind if np.array_equal(self._simulated(one, step), values)]
             if fitting:
@@ -135,13 +136,13 @@ class States:
         return None
 
     def _rules(self, right: Rule) -> Iterator[list[Rule]]:
-        """Yield rules with one mistake, by kind of mistake, the likely kinds first."""
+        """Yield lists of rules with one mistake, a list for each kind of mistake, likely kinds first."""
         reverse = next(one for one in _EXTREMES.values() if one != right.operator)
         same_axis = [
             name for name, one in self._steps.items() if one[1] == right.compared and name != right.limit
         ]
         others = [name for name in self._values if name != right.compared]
-        yield [right]  # with another initial value
+        yield [right]  # the correct rule, if only the initial value is wrong
         yield [replace(right, operator=reverse)]
         yield [replace(right, limit=limit) for limit in same_axis]
         yield [replace(right, limit=limit) for limit in self._steps if limit not in (right.limit, *same_axis)]

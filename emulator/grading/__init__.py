@@ -1,4 +1,4 @@
 """Grading: rubrics, and the verdicts on programs.
 
-The package imports none of its modules, because one is named ``judge``.
+The package imports none of its modules, because one module has the name ``judge``.
 """

@@ -1,10 +1,10 @@
 """Untrusted archives: unpack a zip file's regular files in bounded memory, time and space.
 
 An archive is refused if it has links, devices, encrypted or duplicate files, names that lead out of
-the folder, or too much data or compression.
+the folder, too much data, or too high a compression ratio.
 
-Decision: entries are counted by their signature first, because parsing the directory needs the
-memory. ``ZipFile.extractall`` was rejected: it has no limits.
+Decision: entries are first counted by their signatures, because parsing a huge directory of entries
+would take too much memory. ``ZipFile.extractall`` was rejected: it has no limits.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _PIECE = 1 << 16
 _HONEST = 1 << 20  # bytes that are allowed regardless of the ratio
 _LONGEST_NAME = 240
-_RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)(\..*)?")  # Windows opens devices by these names
+_RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)(\..*)?")  # on Windows these names open devices
 
 
 class ArchiveError(InputError):
@@ -45,7 +45,7 @@ class Bounds:
     bytes: int
     """Maximum bytes of the archive, and of its unpacked files."""
     ratio: float = 200.0
-    """Maximum ratio of unpacked to packed size. Text has 10, an ELF file 4, a HEX file of zeros 150."""
+    """Maximum ratio of unpacked to packed size. Text has about 10, an ELF file 4, a HEX file of zeros 150."""
 
 
 SUBMISSION: Final = Bounds(entries=2_000, bytes=64 << 20)
@@ -54,7 +54,7 @@ CLASS: Final = Bounds(entries=100_000, bytes=4 << 30)
 
 
 def unpack(archive: Path, into: Path, bounds: Bounds = SUBMISSION) -> None:
-    """Write the files into the new folder ``into``. Raises ArchiveError, NotJudgedError."""
+    """Write the archive's files into the new folder ``into``. Raises ArchiveError, NotJudgedError."""
     try:
         size = archive.stat().st_size
         if size > bounds.bytes:
@@ -66,7 +66,7 @@ def unpack(archive: Path, into: Path, bounds: Bounds = SUBMISSION) -> None:
         raise
     except OSError as error:
         reason = one_line(error.strerror or str(error), 120)
-        if error.errno is None or is_about_the_name(error):  # None if zipfile has refused the contents
+        if error.errno is None or is_about_the_name(error):  # no errno if zipfile has refused the contents
             raise ArchiveError(f"cannot be unpacked: {reason}") from error
         raise NotJudgedError(f"this machine cannot unpack the archive: {reason}") from error
     except Exception as error:  # zipfile raises a dozen kinds of errors for damaged archives

@@ -2,8 +2,8 @@
 
 Source: https://gradescope-autograders.readthedocs.io/en/latest/specs/.
 
-Decision: the package is a wheel of this version, because installed files may contain another
-system's C library.
+Decision: the package is a wheel of this version, because the installed files may include a C
+library for another system.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def write_autograder(
 ) -> list[str]:
     """Write the archive and return the names of its files. Raises InputError, OutputError.
 
-    ``wheel``: this version's wheel for Linux; None: from a package index.
+    ``wheel`` is this version's wheel for Linux. With None, Gradescope installs from a package index.
     """
     package = f"fcu-emulator=={version('fcu-emulator')}"
     contents: dict[str, bytes] = {}
@@ -67,7 +67,7 @@ def write_autograder(
         for name, data in contents.items():
             entry = zipfile.ZipInfo(name, _EPOCH)
             entry.compress_type = zipfile.ZIP_DEFLATED
-            entry.create_system = 3  # Unix, for the permissions
+            entry.create_system = 3  # Unix, so that the permissions apply
             entry.external_attr = (0o100755 if name in ("setup.sh", "run_autograder") else 0o100644) << 16
             target.writestr(entry, data)
     write_atomically(file, sink.getvalue(), private=True)

@@ -1,14 +1,14 @@
-"""Build submitted source: the student's C files with our Makefile, in a sandbox.
+"""Build submitted source: compile the student's C files with this project's Makefile, in a sandbox.
 
 Source can include any file, so the compiler runs under bubblewrap with limits and without network.
 With ``sandbox=False`` only the limits apply, and root compiles as the user ``nobody``.
 
-Decision: the support layer is compiled once and copied into each build, in a tenth of the time. A
-container for each build was rejected: it needs a privileged service.
+Decision: the support layer is compiled only one time and copied into each build, so that a build
+takes a tenth of the time. A container for each build was rejected: it needs a privileged service.
 
 Decision: after a failed build, a control program is compiled, and then the submission again,
 because the machine must never cause "does not compile". Searching the messages was rejected,
-because source code can produce them.
+because source code can produce the same messages.
 """
 
 from __future__ import annotations
@@ -66,14 +66,14 @@ _LIMITED = (
     f"ulimit -S -t {_CPU_S}; ulimit -H -t {_CPU_S + 3}; ulimit -v {_MEMORY_KIB} 2>/dev/null; "
     f'ulimit -f {_FILE_BLOCKS}; ulimit -c 0; exec "$@"'
 )
-"""The soft limit of processor time is lower, so that SIGXCPU ends a process instead of SIGKILL."""
+"""The soft limit of processor time is lower than the hard one, so SIGXCPU ends a process, not SIGKILL."""
 _SYSTEM = ("/usr", "/bin", "/lib", "/lib32", "/lib64", "/etc/alternatives")
-"""Folders that a compiler needs; Debian finds math.h only with /etc/alternatives."""
+"""Folders that a compiler needs. On Debian, math.h is found only with /etc/alternatives."""
 _OF_A_TOOLCHAIN = (
     *(f"bin/{COMPILER.removesuffix('gcc')}*", "arm-none-eabi", "lib/arm-none-eabi"),
     *("lib/gcc/arm-none-eabi", "libexec/gcc/arm-none-eabi", "lib/*.so*", "libexec/*.so*"),
 )
-"""Files of a toolchain outside the system's folders. The whole prefix is not used: it may be a home folder."""
+"""Files of a toolchain outside of system folders. The prefix may be a home folder and is not used whole."""
 _WATCH = """\
 "$@"
 code=$?
@@ -83,7 +83,7 @@ exit $code
 """Script that runs each compiler program and records the signal that ended it. Source code can forge messages, but
 not this record.
 """
-_MADE_ERRORS = 2  # make's exit code for a failed command
+_MADE_ERRORS = 2  # exit code of make if a command failed
 _CONTROL = {"main.c": b"int main(void) { return 0; }\n"}
 _STOPS = {
     "SIGXCPU": f"error: the compiler was stopped after {_CPU_S} s of processor time",
@@ -92,11 +92,11 @@ _STOPS = {
         ("SIGSEGV", "SIGABRT", "SIGILL", "SIGFPE"), "error: the compiler crashed on this program"
     ),
 }
-"""Signals that the source can cause; other signals come from outside."""
+"""Signals that the source code can cause. Other signals come from outside."""
 
 
 class CompileError(RejectedError):
-    """The program does not compile; ``log``: the compiler's messages."""
+    """The program does not compile. ``log`` has the compiler's messages."""
 
     def __init__(self, log: str) -> None:
         # a line that begins with a space quotes the student's source
@@ -129,7 +129,7 @@ def _link_error(log: str) -> str:
 
 @dataclass(frozen=True)
 class Built:
-    """A program built from source, and the warnings."""
+    """A program built from source, and the compiler's warnings."""
 
     firmware: SubmittedFirmware
     log: str
@@ -145,7 +145,7 @@ class _Made(NamedTuple):
 class Builder:
     """Builder for one wiring. ``kept``: folder of earlier builds, or None.
 
-    Raises InputError, also in the first build, if this machine cannot build.
+    The constructor or the first build raises InputError if this machine cannot build.
     """
 
     def __init__(
@@ -234,7 +234,7 @@ class Builder:
     # -- the compiler
 
     def _compile_support(self) -> None:
-        """Compile the support layer once. Raises InputError."""
+        """Compile the support layer if it is not yet compiled. Raises InputError."""
         with self._support:
             if self._objects.exists():
                 return
@@ -260,7 +260,7 @@ class Builder:
         return built
 
     def _build_once(self, files: Mapping[str, bytes], *, final: bool = False) -> Built | None:
-        """Build once; return None if the machine may be at fault."""
+        """Build one time. Return None if the build fails and the machine may be the cause."""
         with self._attempt(files) as made:
             elf = made.folder / "lab3.elf"
             if made.code == 0 and elf.is_file():
@@ -271,7 +271,7 @@ class Builder:
             return Built(SubmittedFirmware("lab3.elf", b""), log)
 
     def _check_machine(self) -> None:
-        """Compile the control program beside a large file. Raises NotJudgedError."""
+        """Compile the control program beside a large file to test the machine. Raises NotJudgedError."""
         with self._attempt(_CONTROL, ballast=_FILE_BLOCKS * 512) as made:
             if made.code:
                 reason = _last_line(made.log)
@@ -294,7 +294,7 @@ class Builder:
             yield self._make(work)
 
     def _make(self, work: Path) -> _Made:
-        """Run make. Raises NotJudgedError if it was killed from outside."""
+        """Run make. Raises NotJudgedError if make or the compiler was killed from outside."""
         here, template = (_HERE, _TEMPLATE) if self.sandbox else (str(work), str(self._template))
         compiler = _toolchain_of_path().compiler
         command = [
@@ -420,7 +420,7 @@ def _toolchain_of_path() -> _Toolchain:
 
 
 def _toolchain(template: Path, bus: str) -> str:
-    """Return a digest of all but the source that affects the program."""
+    """Return a digest of everything that affects the built program, except the source."""
     digest = hashlib.sha256(bus.encode())
     digest.update(_compiler_version().encode())
     for path in sorted(template.rglob("*")):

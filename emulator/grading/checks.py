@@ -43,11 +43,11 @@ class FinishedRun:
 
 
 class Check(Expected):
-    """An entry of ``expect`` that scenarios do not have."""
+    """An entry of ``expect`` whose kind only rubrics have."""
 
     @abstractmethod
     def evaluate(self, run: FinishedRun) -> ExpectationResult:
-        """Return the result. Raises NotJudgedError if there is none."""
+        """Return the result. Raises NotJudgedError if the check cannot be judged."""
 
 
 # -- The program as a whole: no fault, no diagnosis, no compiler warnings -----------------------------------
@@ -81,7 +81,7 @@ class NoDiagnosis(Check):
 
 
 class NoWarnings(Check):
-    """The compiler printed at most ``max`` warnings; unjudged if fcu did not build the program."""
+    """The compiler printed at most ``max`` warnings. Unjudged if fcu did not build the program."""
 
     RENAMED: ClassVar[Mapping[str, str]] = {"most": "max"}
 
@@ -97,7 +97,7 @@ class NoWarnings(Check):
         lines = run.build_log.splitlines()
         warnings = [
             line for line in lines if "warning:" in line and line[:1] != " "
-        ]  # an excerpt begins with a space
+        ]  # a quoted line of source begins with a space
         if len(warnings) <= self.max:
             return self.met()
         count = f"{len(warnings)} warning{'s' * (len(warnings) > 1)}, the first: {escaped(warnings[0])[:200]}"
@@ -123,7 +123,7 @@ class QuietCallback(Check):
         return "no print in the timer's callback"
 
     def watch(self, board: Board) -> list[float]:
-        """Poll every 0.1 ms for bytes sent in the interrupt."""
+        """Every 0.1 ms, check for bytes sent during the timer's interrupt."""
         caught: list[float] = []
         counts: list[int] = []
 
@@ -194,7 +194,7 @@ def _known_property(name: str) -> str:
 class Property(Check):
     """The compiled functions obey a law of :mod:`fcu_emulator.emulator.testing.lab3`.
 
-    Unjudged without the function or the package Hypothesis.
+    The check is unjudged if the function or the package Hypothesis is missing.
     """
 
     kind: Literal["property"]

@@ -1,7 +1,8 @@
-"""Copies: identical programs and sources in a class, and submissions of fcu's own programs.
+"""Find copies: identical programs and sources in a class, and submitted programs of fcu.
 
 Decision: each program has a digest of its loaded bytes or C tokens, so that a large class needs one
-pass. A measure of similarity was rejected: it accuses students who wrote a few lines alike.
+pass. A measure of similarity was rejected: it accuses students who happened to write a few similar
+lines.
 """
 
 from __future__ import annotations
@@ -29,11 +30,11 @@ _TOKEN = re.compile(
     re.DOTALL,
 )
 _OF_SOLUTION: Final = arm.sources() / "prebuilt" / "solution-source.sha256"
-"""Digest of the solution's source, which a wheel lacks; a test keeps it current."""
+"""Digest of the solution's source code, which is not in a wheel. A test checks this digest."""
 
 
 def program_digest(firmware: SubmittedFirmware) -> str:
-    """Return a digest of the loaded bytes, or ""."""
+    """Return a digest of the bytes that are loaded into the chip, or "" for an invalid file."""
     try:
         image = parse_firmware(firmware.data, firmware.name)
     except FcuError:
@@ -45,7 +46,7 @@ def program_digest(firmware: SubmittedFirmware) -> str:
 
 
 def source_digest(source: SubmittedSource) -> str:
-    """Return a digest of all C tokens."""
+    """Return a digest of all C tokens, without comments."""
     forms = sorted(filter(None, map(_normal_form, source.files.values())))
     return hashlib.sha256(b"\0".join(forms)).hexdigest()
 
@@ -57,7 +58,7 @@ def _normal_form(data: bytes) -> bytes:
 
 @functools.cache
 def shipped_digests() -> Mapping[str, str]:
-    """Return "template" or "solution" by digests of fcu's programs."""
+    """Return the digests of fcu's programs, each with "template" or "solution"."""
     found = {}
     for program in arm.PROGRAMS:
         for bus in arm.BUSES:
@@ -74,7 +75,7 @@ def shipped_digests() -> Mapping[str, str]:
 def with_copies(graded: Iterable[tuple[Hashable, Graded]]) -> list[Graded]:
     """Add the ids of identical submissions to the results.
 
-    Each pair has a key; equal keys mean a team, not copies.
+    Each pair has a key. Results with the same key belong to a team, and are not copies.
     """
     pairs = list(graded)
     sources: dict[str, list[tuple[Hashable, str]]] = {}

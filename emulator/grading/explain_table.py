@@ -1,5 +1,4 @@
-"""The table ``[explain]`` of a rubric: the lab's arithmetic, with which wrong numbers are
-explained.
+"""The table ``[explain]`` of a rubric: the lab's arithmetic, which explains wrong numbers.
 
 ::
 
@@ -17,7 +16,8 @@ explained.
     caller = "HAL_TIM_PeriodElapsedCallback"
     checks = ["5.yaw"]
 
-Decision: the formulas affect no points. They explain failures, so that a mistake in them costs nothing.
+Decision: the formulas affect no points. They only explain failures, so that a mistake in the
+formulas costs no points.
 """
 
 from __future__ import annotations
@@ -72,14 +72,14 @@ class InputTable(Table):
 
 
 class AlternativeTable(Table):
-    """Other formulas that are right, except for ``not_for``."""
+    """Other correct formulas, except for the checks ``not_for``."""
 
     formulas: dict[FormulaName, FormulaText] = Field(min_length=1, max_length=_MOST)
     not_for: list[str] = Field(default_factory=list, max_length=_MOST)
 
 
 class CallTable(Table):
-    """A function that ``caller`` must call; the numbers of ``checks`` need it."""
+    """A function that ``caller`` must call, because the numbers of ``checks`` need it."""
 
     function: CName
     caller: CName
@@ -127,7 +127,7 @@ class ExplainTable(Table):
         return [LabCall(one.function, one.caller, frozenset(one.checks)) for one in self.call]
 
     def unknown_check(self, known: Collection[str]) -> str:
-        """Return a named check that the rubric does not have, or ""."""
+        """Return a check that the table names and the rubric does not have, or ""."""
         others = [*(one.not_for for one in self.alternative), *(one.checks for one in self.call)]
         named = (*self.shows, *(name for each in others for name in each))
         return next((one for one in named if one not in known), "")

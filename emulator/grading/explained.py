@@ -82,7 +82,7 @@ def _explained(
 def _missing_calls(
     firmware: str | Path, rubric: Rubric, failed: Collection[str]
 ) -> list[tuple[frozenset[str], Diagnosis]]:
-    """Return failed checks with the function that the program has for them and does not call."""
+    """Return failed checks, each with a diagnosis of a function that the program has and does not call."""
     from fcu_emulator.emulator.explain.calls import never_called
 
     assert rubric.explain is not None
@@ -136,7 +136,7 @@ def _with_causes(
 def _outputs(
     rubric: Rubric, exercise: str, run: str, results: Mapping[str, CheckResult]
 ) -> Iterator[ShownNumber]:
-    """Yield a run's wrong numbers that a student sees."""
+    """Yield the wrong numbers of a run in checks that a student sees."""
     from fcu_emulator.emulator.explain.explanation import ShownNumber
 
     assert rubric.explain is not None
@@ -157,7 +157,8 @@ def explained_run(
 ) -> list[Diagnosis]:
     """Return the missing calls and the wrong formula behind wrong numbers of a run, or [].
 
-    ``wrong``: the numbers to explain, which must be in visible checks of the rubric; None: all that the program prints.
+    ``wrong``: the numbers to explain, if they are in visible checks of the rubric. None: all
+    numbers of visible checks.
     """
     if rubric.explain is None:
         return []
@@ -181,7 +182,7 @@ def explained_run(
 
 
 def cause_of(one: Diagnosis) -> DiagnosedCause:
-    """Return a diagnosis as a part of a verdict."""
+    """Return a diagnosis in the form for verdicts."""
     return DiagnosedCause(
         kind=one.kind, summary=one.summary, details=one.details, fatal=one.fatal, data=dict(one.data)
     )

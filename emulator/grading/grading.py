@@ -1,6 +1,6 @@
 """Grading of a class: every submission from its file to its verdict.
 
-A thread follows each submission; few run at a time.
+Each submission has a task for a thread. Only a few threads run at a time.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ from fcu_emulator.emulator.grading.verdict import Verdict
 from fcu_emulator.emulator.host.isolation import WorkerLimits
 from fcu_emulator.emulator.text import one_line
 
-_MORE_THREADS = 2  # submissions read and built while the workers judge
+_MORE_THREADS = 2  # threads that read and build submissions while the workers judge others
 
 
 @dataclass(frozen=True)
 class Grader:
-    """Grader with its settings for a class.
+    """Grader of a class, with its settings.
 
     ``rubric_name``: name or path for the workers. ``slots``: parallel tasks. ``builder``: called
-    for the first source. ``salt``: the teacher's secret. ``store``: None: judge all. ``limits``:
-    None on a cluster. ``shown``: returns the student for the reports.
+    when the first source is built. ``salt``: the teacher's secret. ``store``: None judges all
+    again. ``limits``: None on a cluster. ``shown``: returns the student for the reports.
     """
 
     rubric: Rubric
@@ -52,7 +52,7 @@ class Grader:
     _made: list[Builder] = field(default_factory=list)
 
     def grade(self, submissions: Iterable[Submission]) -> Generator[tuple[Submission, Graded]]:
-        """Yield results as they complete; closing the generator stops workers and compilers."""
+        """Yield results as they complete. Closing the generator stops workers and compilers."""
         pool = ThreadPoolExecutor(self.slots + _MORE_THREADS, thread_name_prefix="fcu-grade")
         try:
             for done in as_completed({pool.submit(self._grade, one) for one in submissions}):
@@ -67,7 +67,7 @@ class Grader:
             pool.shutdown()
 
     def close(self) -> None:
-        """Remove the builds' temporary files."""
+        """Remove the temporary files of the builds."""
         while self._made:
             self._made.pop().close()
 

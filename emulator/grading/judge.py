@@ -1,6 +1,6 @@
 """Evaluation of one program by a rubric, in this process.
 
-Limits exclude wall time, because load must not change a verdict.
+Wall time is not limited, because the machine's load must not change a verdict.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ if TYPE_CHECKING:
 _SLICE_S = 0.25  # virtual time between progress reports
 _NO_WALL_S = 1e12
 _NOT_REPLAYED = frozenset({"expect", "report", "firmware"})
-"""Keys of a scenario that a verdict omits: the rubric has the checks, and the student the firmware."""
+"""Keys omitted from the scenario in a verdict: the rubric has the checks, the student has the firmware."""
 
 
 Program: TypeAlias = str | Path | FirmwareFactory
@@ -68,7 +68,7 @@ Program: TypeAlias = str | Path | FirmwareFactory
 
 @dataclass(frozen=True)
 class JudgeProgress:
-    """The current run, and virtual seconds of all runs."""
+    """The current run, and the virtual seconds of all runs: done, and in total."""
 
     run: str
     done_s: float
@@ -87,9 +87,10 @@ def judge(
 ) -> Verdict:
     """Judge a firmware on the board with this ``seed``.
 
-    ``firmware``: a file, the name of a shipped firmware, or a function in Python. ``exercises``: ids; None for all.
-    ``build_log``: without it, checks of the compiler's output are unjudged. ``executor``: makes runs in parallel,
-    except for firmware in Python. Raises InputError for invalid firmware or an unknown exercise.
+    ``firmware``: a file, the name of a shipped firmware, or a function in Python. ``exercises``:
+    ids, or None for all. ``build_log``: without it, checks of the compiler's output are unjudged.
+    ``executor``: makes runs in parallel, except for firmware in Python. Raises InputError for
+    invalid firmware or an unknown exercise.
     """
     wanted = [rubric.exercise(name) for name in exercises] if exercises is not None else rubric.exercises
     digest = firmware_digest(firmware)
@@ -126,7 +127,7 @@ def judge(
 
 
 def _runs_of(rubric: Rubric, asked: Sequence[str]) -> dict[str, list[str]]:
-    """Return the needed runs, also for prerequisites, with their checks."""
+    """Return the runs that these checks and their prerequisites need, with the checks of each run."""
     tables = _checks_by_id(rubric)
     needed = rubric.prerequisites.needed(asked)
     checks: dict[str, list[str]] = {}
@@ -144,7 +145,7 @@ def _checks_by_id(rubric: Rubric) -> dict[str, tuple[ExerciseTable, CheckTable]]
 
 @dataclass(frozen=True)
 class _RunTask:
-    """A future run and its checks; ``asked``: checks of asked exercises."""
+    """A run to make and its checks. ``asked``: the checks of all requested exercises."""
 
     firmware: Program
     seed: int
@@ -156,14 +157,14 @@ class _RunTask:
 
 @dataclass(frozen=True)
 class _Outcome:
-    """Results by check; ``evidence`` is empty without an asked check."""
+    """Results by check. ``evidence`` is empty if no check of the run is requested."""
 
     results: dict[str, CheckResult]
     evidence: list[RunEvidence]
 
 
 class _Follow:
-    """Reporter of progress; parallel runs only call ``end``, in any order."""
+    """Reporter of progress. Runs in other processes only report their ends, in any order."""
 
     def __init__(
         self, rubric: Rubric, tasks: Sequence[_RunTask], report: Callable[[JudgeProgress], None]
@@ -225,7 +226,7 @@ def _outcome(task: _RunTask, rubric: Rubric, told: Callable[[float], None]) -> _
 
 
 def reworded(verdict: Verdict, rubric: Rubric) -> Verdict:
-    """Return the verdict with the texts of ``rubric``, whose judging digest is equal."""
+    """Return the verdict with the texts of ``rubric``, whose judging digest must be equal."""
     tables = {f"{exercise.id}.{check.id}": check for exercise in rubric.exercises for check in exercise.check}
     checks = (
         result.model_copy(
@@ -329,7 +330,7 @@ class _JudgedRun:
         board.close()
 
     def _died_ps(self) -> int | None:
-        """Return when the program crashed, hung or was stopped."""
+        """Return the time at which the program crashed, hung or was stopped, or None."""
         if self.stopped:
             return self.board.clock.now_ps
         fatal = next((one for one in self.diagnoses if one.fatal), None)
@@ -350,7 +351,7 @@ class _JudgedRun:
                 unjudged = unjudged or str(error).splitlines()[0]
         failed = [one for one in results if one.fault]
         if failed and not check.partial and not self.unjudged:
-            unjudged = ""  # one failed expectation decides
+            unjudged = ""  # one failed expectation is enough to fail the check
         if unjudged:
             outcome, share, failed = "unjudged", 0.0, []
         elif failed:
@@ -386,7 +387,7 @@ class _JudgedRun:
         return next(filter(None, found), "")
 
     def _evaluated(self, check: AnyCheck, enough_ps: int | None) -> ExpectationResult:
-        """Return one result. Raises NotJudgedError, also for a bug in the check."""
+        """Return one result. Raises NotJudgedError, even if the check has a bug."""
         enough = self.died_ps is None or (enough_ps is not None and self.died_ps >= enough_ps)
         on_terminal = isinstance(check, Expectation) and check.ON_TERMINAL
         if not enough and (self.stopped or on_terminal):
@@ -463,7 +464,7 @@ class _JudgedRun:
         followed = []
         for one in expected:
             if isinstance(one, kinds):
-                with suppress(TimeoutError):  # reported by the check
+                with suppress(TimeoutError):  # the check itself reports it
                     followed.append(one.followed(self.view))
         return tuple(
             Following(
@@ -490,7 +491,7 @@ class _JudgedRun:
     def _series(self, number: ExpectField) -> Series:
         line_format = number.number_format()
         points = []
-        with suppress(TimeoutError):  # reported by the check
+        with suppress(TimeoutError):  # the check itself reports it
             for line in self.view.lines:
                 if line_format.is_begun_by(line.text) and number.quantity in line.truth:
                     value = line_format.number(line.text)

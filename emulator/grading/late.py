@@ -1,4 +1,4 @@
-"""Late penalty by the rubric's table ``[late]``::
+"""Penalty for late submissions, by the rubric's table ``[late]``::
 
     [late]
     penalty_per_day = "10 %"   # of all points, for each day that has begun; or points
@@ -53,7 +53,7 @@ Amount = Annotated[
 
 
 class LateTable(Table):
-    """The table ``[late]``. ``at_most_days`` None: no limit."""
+    """The table ``[late]``. If ``at_most_days`` is None, the delay is not limited."""
 
     penalty_per_day: Amount
     grace_minutes: float = Field(0.0, ge=0, le=100_000)
@@ -75,7 +75,7 @@ def late_penalty(rule: LateTable, late_by_s: float, max_points: float) -> float:
 
 
 def after_penalty(points: float, penalty: float) -> float:
-    """Return the remaining points, at least 0."""
+    """Return the points that remain after the penalty, at least 0."""
     return round(max(points - penalty, 0.0), 4)
 
 

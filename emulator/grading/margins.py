@@ -1,7 +1,8 @@
-"""Warnings about margins that are too large to test anything, or too small for correct programs.
+"""Warnings about margins that are too large for a useful test, or too small for correct programs.
 
-Decision: the sensors' error is the largest of :data:`BOARDS` drawn boards, with noise and pressure
-drift at three standard deviations. The sum of all limits was rejected: no real board has it.
+Decision: the sensors' error is the largest of :data:`BOARDS` drawn boards, with three standard
+deviations of noise and of pressure drift. The sum of all limits was rejected, because no real board
+has such an error.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ def sensor_error(
 ) -> float | None:
     """Return a correct program's largest error near plus or minus ``value``, or None.
 
-    ``board``: deviations; default: drawn by the sensors' quality.
+    ``board``: deviations of the board, by default drawn by the sensors' quality.
     """
     wander_hpa = (board or BoardErrors.of_quality(settings.quality, 0)).pressure_wander_hpa
     if quantity.lower() in ("pitch", "roll"):
@@ -91,13 +92,13 @@ def _pressure_noise(errors: LPS22HBErrors, wander_hpa: float) -> float:
 
 
 def _pressure_error(errors: LPS22HBErrors, wander_hpa: float) -> float:
-    """Return offset, slope at the range's ends, and noise, in hPa."""
+    """Return the sum of offset, slope at the ends of the range, and noise, in hPa."""
     offset_hpa = abs(errors.pressure_bias_hpa) + abs(errors.pressure_relative_hpa)
     return offset_hpa + _pressure_noise(errors, wander_hpa)
 
 
 def _altitude_error(errors: LPS22HBErrors, wander_hpa: float) -> float:
-    """Return the noise in metres; an offset cancels."""
+    """Return the noise in metres. An offset has no effect on a difference of pressures."""
     return _METRES_PER_HPA * math.sqrt(2) * _pressure_noise(errors, wander_hpa)
 
 

@@ -1,4 +1,4 @@
-"""The teacher's overrides: points with a comment that replace those of the rubric.
+"""Overrides of the teacher: points that replace those of the rubric, with a comment.
 
 A CSV file with the columns ``id``, ``what`` (``total``, ``late penalty``, an exercise ``2``, a
 check ``2.pitch``), ``points`` and ``comment``.
@@ -23,7 +23,7 @@ _COLUMNS = ("id", "what", "points", "comment")
 
 
 def load_overrides(path: Path, rubric: Rubric) -> dict[str, tuple[Override, ...]]:
-    """Return overrides by lower-case id. Raises InputError naming file and line."""
+    """Return overrides by lower-case id. Raises InputError, which names file and line."""
     text, _ = read_csv(path)
     lines = csv.DictReader(io.StringIO(text, newline=""), delimiter=delimiter(text), strict=True)
     found: dict[str, tuple[Override, ...]] = {}
@@ -75,7 +75,7 @@ def with_overrides(graded: Graded, overrides: tuple[Override, ...]) -> Graded:
         verdict = verdict.model_copy(update={"checks": checks})
     changed: dict[str, object] = {"overrides": overrides, "verdict": verdict}
     changed["late_penalty"] = points.get(LATE_PENALTY, graded.late_penalty)
-    if graded.status == "partly" and verdict is not None and verdict.counts:  # missing points are now given
+    if graded.status == "partly" and verdict is not None and verdict.counts:  # no points are missing now
         changed |= {"status": "judged", "reason": ""}
     return graded.model_copy(update=changed)
 

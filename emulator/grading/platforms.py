@@ -1,6 +1,6 @@
 """Layouts of class folders: the submitted entries, and the student whom each entry names.
 
-Entries have a student's name, or are a download:
+An entry has a student's name, or a name that a platform has given in its download:
 
 - Moodle: ``Full Name_1234_assignsubmission_file_/...`` or
   ``Full Name_1234_assignsubmission_file_main.c``;
@@ -13,7 +13,7 @@ Entries have a student's name, or are a download:
 - Gradescope: ``submission_1234/...`` beside ``submission_metadata.yml`` (needs PyYAML).
 
 Decision: only the platform's parts of a name identify the student, because students choose file
-names. An ambiguous name is kept whole: a guess could take another student's place.
+names. An ambiguous name is not divided, because a guess could give the file to another student.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from fcu_emulator.emulator.text import one_line
 
 _METADATA = "submission_metadata.yml"
 _LARGEST_METADATA = 16 << 20
-_LARGEST_TEXT = 1 << 16  # bytes read
+_LARGEST_TEXT = 1 << 16  # maximum size in bytes
 _OF_SYSTEMS: Final = {
     *(_METADATA, "thumbs.db", "desktop.ini", ".ds_store", ".localized", ".directory"),
     *(".gitignore", ".gitattributes", ".gitkeep"),
@@ -60,9 +60,9 @@ _GRADESCOPE = re.compile(r"submission_(?P<id>\d+)", re.ASCII)
 class SubmittedEntry:
     """One submitted file or folder, possibly missing.
 
-    ``ids`` and ``names``: keys in a roster; students can choose names. ``group``: key of a
-    submission, or "". ``own_name``: the student's name of a renamed file. ``attempt``: its time; a
-    group's last attempt is judged.
+    ``ids`` and ``names``: keys in a roster. Students can choose ``names``. ``group``: key of the
+    submission to which the entry belongs, or "". ``own_name``: the name that the student gave to a
+    renamed file. ``attempt``: time of the attempt. Only the latest attempt of a group is judged.
     """
 
     path: Path
@@ -74,7 +74,7 @@ class SubmittedEntry:
     attempt: str = ""
     problem: str = ""
     team: str = ""
-    """The student whose board the team shares."""
+    """Id of the student whose board the team shares."""
     handed_in: datetime | None = field(default=None, compare=False)
     """Local time of submission; None if unknown."""
     late: bool = False
@@ -86,7 +86,7 @@ class SubmittedEntry:
 
     @property
     def is_renamed(self) -> bool:
-        """Return whether the platform may have marked file names."""
+        """Return whether the platform may have added marks to file names."""
         return self.group.startswith("ilias")
 
     def without_mark(self, name: str) -> str:
@@ -125,13 +125,13 @@ def entries(folder: Path) -> list[SubmittedEntry]:
 
 
 def stem(path: Path) -> str:
-    """Return a name without platform marks and suffix."""
+    """Return a folder's name, or a file's name without suffix."""
     name = path.name if path.is_dir() else path.stem
     return name if name.strip() else repr(name)
 
 
 def shown_name(name: str) -> str:
-    """Return a name for reports; spaces are quoted."""
+    """Return a name for reports. A name of spaces only is quoted."""
     return one_line(name, 200) or repr(name)
 
 
@@ -173,7 +173,7 @@ def _moodle(path: Path) -> SubmittedEntry | None:
 
 
 def _canvas(paths: Sequence[Path]) -> dict[Path, SubmittedEntry]:
-    """Return Canvas' entries: an id has one name, a file one number."""
+    """Return the entries of Canvas. Each id must have one name, and each file its own number."""
     matches = {path: match for path in paths if (match := _CANVAS.fullmatch(path.name)) and not path.is_dir()}
     names: dict[str, set[str]] = {}
     for match in matches.values():
@@ -195,7 +195,7 @@ def _canvas(paths: Sequence[Path]) -> dict[Path, SubmittedEntry]:
 
 
 def _blackboard(paths: Sequence[Path]) -> dict[Path, SubmittedEntry]:
-    """Return Blackboard's entries; the login follows the assignment's name."""
+    """Return the entries of Blackboard. The login follows the assignment's name."""
     found = {path: list(_ATTEMPT.finditer(path.name)) for path in paths if not path.is_dir()}
     found = {path: matches for path, matches in found.items() if matches}
     sure = {path: matches[0] for path, matches in found.items() if len(matches) == 1}
@@ -267,11 +267,11 @@ def _beginning(path: Path) -> str:
 class _Ilias(NamedTuple):
     entries: dict[Path, SubmittedEntry]
     teams: dict[Path, list[Path]]
-    """Members' folders by team."""
+    """Folders of the members, by team."""
 
 
 def _ilias(paths: Sequence[Path]) -> _Ilias:
-    """Return an Ilias download's entries, if most folders have its names."""
+    """Return the entries of a download from Ilias, if most folders have such names."""
     teams = {
         path: _submitted_paths(path) for path in paths if _TEAM.fullmatch(path.name) and _is_folder(path)
     }
@@ -303,7 +303,7 @@ def _iliass_entry(path: Path, match: re.Match[str]) -> SubmittedEntry:
 
 
 def _is_ilias(path: Path) -> bool:
-    if path.name.startswith("multi_feedback_"):  # ILIAS's folder that contains the folders of the submissions
+    if path.name.startswith("multi_feedback_"):  # the folder of Ilias that contains all submissions
         return False
     return path.name.count("_") >= 3 and bool(_ILIAS.fullmatch(path.name)) and _is_folder(path)
 
@@ -313,7 +313,7 @@ def _is_folder(path: Path) -> bool:
 
 
 def _ilias_folder(folder: Path) -> Path:
-    """Return the parent of the students' folders, at most two levels down."""
+    """Return the parent of the students' folders: this folder, or one at most two levels below."""
     here = folder
     for _ in range(3):
         paths = _submitted_paths(here)
@@ -366,7 +366,7 @@ def _yaml(file: Path) -> Any:
         import yaml
     except (
         ImportError
-    ) as error:  # without PyYAML, the numbers of submissions would get the grades instead of the students
+    ) as error:  # without PyYAML, grades would belong to numbers of submissions, not to students
         problem = f"cannot read {file} without PyYAML; install it: pip install PyYAML"
         raise InputError(problem, kind="not_installed") from error
     try:
@@ -383,7 +383,7 @@ def _submitter(folder: str, entry: Mapping[object, object]) -> Student:
 
 
 def _word(value: object) -> str:
-    """Return a text or number as text, else ""."""
+    """Return a text or a number as text. Return "" for other values."""
     return str(value) if isinstance(value, str | int) else ""
 
 

@@ -19,11 +19,11 @@ from fcu_emulator.emulator.grading.verdict import CheckResult, requires_text
 from fcu_emulator.emulator.text import shown
 
 PREREQUISITE = "prerequisite"
-"""Kind of finding if a required check has not passed."""
+"""Finding of a check if one of its required checks has not passed."""
 
 
 class PrerequisiteError(ValueError):
-    """Entry ``number`` of ``check`` requires an unknown check or itself."""
+    """Entry ``number`` in ``requires`` of ``check`` names an unknown check, or causes a circle."""
 
     def __init__(self, check: str, number: int, problem: str) -> None:
         super().__init__(problem)
@@ -32,7 +32,7 @@ class PrerequisiteError(ValueError):
 
 
 class Prerequisites:
-    """The required checks by full name ("1.alarm"). An exercise means its ``counted`` checks."""
+    """The required checks by full name ("1.alarm"). The name of an exercise means its ``counted`` checks."""
 
     def __init__(self, requires: Mapping[str, Sequence[str]], counted: Collection[str]) -> None:
         self._requires = requires
@@ -42,7 +42,7 @@ class Prerequisites:
             self._refuse_circle(check)
 
     def needed(self, checks: Iterable[str]) -> set[str]:
-        """Return these checks and all that they require."""
+        """Return these checks and all checks that they require."""
         found: set[str] = set()
         waiting = list(checks)
         while waiting:
@@ -53,8 +53,9 @@ class Prerequisites:
         return found
 
     def applied(self, results: Mapping[str, CheckResult], hint: Mapping[str, str]) -> dict[str, CheckResult]:
-        """Return the results: a check fails with a failed requirement, and is unjudged with an
-        unjudged one.
+        """Return the results after the prerequisites.
+
+        A check fails if a required check fails, and is unjudged if a required check is unjudged.
         """
         done: dict[str, CheckResult] = {}
 

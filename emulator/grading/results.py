@@ -20,10 +20,10 @@ from fcu_emulator.emulator.host.install_hints import command_line
 from fcu_emulator.emulator.text import visible
 
 Status: TypeAlias = Literal["judged", "partly", "unjudged", "rejected", "missing"]
-"""Status of a submission; only "judged" has points that count.
+"""Status of a submission. Only the points of "judged" count.
 
-partly, unjudged: some or all checks could not be judged, through no fault of the program. rejected: the
-submission cannot be judged.
+partly: some checks could not be judged. unjudged: no check could be judged. The program is not the
+cause of either. rejected: the submission itself cannot be judged.
 """
 
 
@@ -45,9 +45,10 @@ class Graded(ResultModel):
     """Result of one student, without evidence.
 
     ``report``: file name without suffix. ``on_roster``: None without a roster. ``files``: empty in
-    anonymous reports; ``handed_in``: their number. ``submitted``: ISO 8601, local time.
+    anonymous reports. ``handed_in``: the number of files. ``submitted``: ISO 8601, local time.
     ``late_by_s``: None if unknown. ``late_penalty``: in points. ``shipped``: "template" or
-    "solution" if it is fcu's. ``same_source``, ``same_program``: ids of identical submissions.
+    "solution" if the program comes with fcu. ``same_source``, ``same_program``: ids of identical
+    submissions.
     """
 
     id: str
@@ -77,7 +78,7 @@ class Graded(ResultModel):
 
     @property
     def points(self) -> float | None:
-        """Return the points that count, or None if not fully judged."""
+        """Return the points that count, or None if the submission is not fully judged."""
         if (total := self._given(TOTAL)) is not None:
             return total
         earned = self._earned
@@ -85,7 +86,7 @@ class Graded(ResultModel):
 
     @property
     def lost_by_lateness(self) -> float:
-        """Return the deducted points; 0 if the teacher gave the total."""
+        """Return the deducted points, or 0 if the teacher has given the total."""
         if self._given(TOTAL) is not None or self._earned is None:
             return 0.0
         return round(self._earned - after_penalty(self._earned, self.late_penalty), 4)
@@ -98,7 +99,7 @@ class Graded(ResultModel):
         return round(sum(one for one in points if one is not None), 4)
 
     def points_of(self, exercise: str) -> float | None:
-        """Return the points, or None if not fully judged."""
+        """Return the exercise's points, or None if the exercise is not fully judged."""
         given = self._given(exercise)
         return given if given is not None or self.verdict is None else self.verdict.points_of(exercise)
 
@@ -107,7 +108,7 @@ class Graded(ResultModel):
 
     @property
     def late_by(self) -> str:
-        """Describe the delay: "3 d 4 h", "late" if unknown, or ""."""
+        """Describe the delay: "3 d 4 h", "late" if its length is unknown, or "" without a delay."""
         if not self.late:
             return ""
         return duration_text(self.late_by_s) if self.late_by_s is not None else "late"
@@ -158,7 +159,7 @@ class GradedClass(ResultModel):
     exercises: tuple[ExerciseTitle, ...]
     anonymous: bool = False
     handed_in: int = 0
-    """Number of submitted files and folders; a team's counts once."""
+    """Number of submitted files and folders. Those of a team count one time."""
     submissions: tuple[Graded, ...]
 
     def of(self, *statuses: Status) -> list[Graded]:
@@ -189,7 +190,7 @@ def duration_text(seconds: int) -> str:
 
 
 def report_name(student: str) -> str:
-    """Return a file name for an id, unique and portable."""
+    """Return a file name for an id. It is unique and valid on every system."""
     plain = re.sub(r"[^A-Za-z0-9_-]+", "-", student).strip("-")[:60]
     if plain == student and plain.islower() | plain.isdigit():
         return plain
@@ -197,6 +198,6 @@ def report_name(student: str) -> str:
 
 
 def pseudonym(student: Student, key: bytes) -> Student:
-    """Return an anonymous student; only ``key`` links the id."""
+    """Return an anonymous student. Only with ``key`` can the id be found."""
     digest = hmac.new(key, student.id.encode("utf-8", "surrogatepass"), hashlib.sha256).hexdigest()
     return Student(f"student-{digest[:10]}")

@@ -1,6 +1,6 @@
 """Roster of a class: a CSV file with a line for each student.
 
-Columns are found by name; only the id is required. A file that is not UTF-8 is read as
+Columns are found by name. Only the column of ids is required. A file that is not UTF-8 is read as
 Windows-1252.
 """
 
@@ -59,13 +59,13 @@ class Roster:
                 known = self._by_key.setdefault(_key(key), student)
                 if known is not student:  # two students have this name
                     self._by_key[_key(key)] = None
-        for student in self.students:  # ids and explicit names win
+        for student in self.students:  # ids and explicit names have precedence
             self._by_key[_key(student.id)] = student
             if student.submission:
                 self._by_key[_key(student.submission)] = student
 
     def find(self, *keys: str) -> Student | None:
-        """Return the student for the first unambiguous key."""
+        """Return the student of the first key that names exactly one student."""
         found = (self._by_key.get(_key(key)) for key in keys if key.strip())
         return next(filter(None, found), None)
 
@@ -93,7 +93,7 @@ def load_roster(path: Path) -> Roster:
 
 
 def read_csv(path: Path) -> tuple[str, list[str]]:
-    """Return the text, and notes for the user. Raises InputError."""
+    """Return the file's text, and notes for the user. Raises InputError."""
     try:
         if path.exists() and not path.is_file():
             raise InputError(f"{path}: must be a regular file; give a CSV file with a column id")
@@ -112,7 +112,7 @@ def read_csv(path: Path) -> tuple[str, list[str]]:
 
 
 def delimiter(text: str) -> str:
-    """Return the header's most frequent separator."""
+    """Return the separator that is most frequent in the header."""
     header = text.partition("\n")[0]
     return max(",;\t", key=header.count)
 
@@ -122,7 +122,7 @@ def _columns(path: Path, header: list[str]) -> dict[str, int]:
     found = {
         what: names.index(known)
         for what, spellings in _COLUMNS.items()
-        for known in spellings[::-1]  # the first spelling wins
+        for known in spellings[::-1]  # the first spelling has precedence
         if known in names
     }
     if "id" not in found:

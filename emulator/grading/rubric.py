@@ -3,11 +3,11 @@
     verdict = judge("lab3.elf", load_rubric("lab3"), seed=7)
     print(verdict.points, "of", verdict.max_points)
 
-A rubric has runs (scenarios by name, by file, or inline), simulated once, and exercises with
-checks.
+A rubric has runs and exercises with checks. A run is a scenario by name, by file, or inline, and is
+simulated one time.
 
-Decision: checks reuse the scenario's expectations, so that a teacher can copy one that was tried
-with ``fcu run --scenario``.
+Decision: checks reuse the scenario's expectations, so that a teacher can try an expectation with
+``fcu run --scenario`` and copy it.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ from fcu_emulator.emulator.scenario.schema import json_schema as scenario_schema
 from fcu_emulator.emulator.text import shown
 
 PROJECT_RUBRIC = "rubric.toml"
-"""Default rubric of `fcu check`, in the project."""
+"""File name of the rubric in a project, the default of `fcu check`."""
 MOST_EXERCISES = 50
 MOST_CHECKS = 100  # per exercise
 MOST_POINTS = 1_000.0
@@ -61,7 +61,7 @@ _FILE_KEYS = frozenset({"csv", "file"})
 _NOT_JUDGING = frozenset({"late", "explain"})
 """Tables that do not affect outcomes."""
 _WORDS = frozenset({"title", "hint", "hint_steps", "next", "visible", "detail"})
-"""Keys that affect only a check's display."""
+"""Keys that affect only the display of a check."""
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]{0,39}$")]
 Title = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f-\x9f]+$")]
@@ -100,7 +100,7 @@ _OF_A_CHECK = {
     **{name: f"{name} = ... in [[exercise.check]]" for name in ("points", "requires")},
 }
 _CHECK = {"check": "[[exercise.check]]"}
-"""Correct tables of often misplaced keys."""
+"""The correct tables of keys that are often in a wrong table."""
 
 # -- The file -----------------------------------------------------------------------------------------------
 
@@ -108,9 +108,9 @@ _CHECK = {"check": "[[exercise.check]]"}
 class CheckTable(Table):
     """One ``[[exercise.check]]``: expectations of one run, and their points.
 
-    ``partial``: points for the share of met expectations. ``hint``: a text, or texts by finding.
-    ``hint_steps``: `fcu check` adds them one by one. ``enough``: a later crash does not count.
-    Default of ``expect``: the scenario's.
+    ``partial``: the share of met expectations gives the same share of points. ``hint``: a text, or
+    texts by finding. ``hint_steps``: further hints, which `fcu check` adds one by one. ``enough``:
+    a crash after this time does not count. Without ``expect``, the scenario's expectations apply.
     """
 
     MISPLACED: ClassVar[Mapping[str, str]] = {**_OF_A_RUN, **_OF_THE_TOP}
@@ -129,9 +129,7 @@ class CheckTable(Table):
     hint_steps: list[Hint] = Field(default_factory=list, max_length=10)
 
     def hint_for(self, finding: str, fault: str = "") -> str:
-        """Return the hint for a finding or its ``fault``. A single text is not used for
-        prerequisites.
-        """
+        """Return the hint for a finding or its ``fault``. A single text is not used for prerequisites."""
         if isinstance(self.hint, str):
             return "" if finding == PREREQUISITE else self.hint
         texts: dict[str, str] = dict(self.hint.items())
@@ -139,7 +137,7 @@ class CheckTable(Table):
 
 
 class ExerciseTable(Table):
-    """One ``[[exercise]]``; ``next``: instruction until it is done; ``run``: its checks' default."""
+    """One ``[[exercise]]``. ``next``: instruction until it is done. ``run``: default for its checks."""
 
     MISPLACED: ClassVar[Mapping[str, str]] = {**_OF_A_RUN, **_OF_THE_TOP, **_OF_A_CHECK}
 
@@ -200,10 +198,10 @@ def _refuse_twice(names: list[str], what: str) -> None:
 
 
 class Rubric:
-    """A checked rubric, whose runs can be created.
+    """A checked rubric, which can create the scenarios of its runs.
 
-    ``digest`` covers the whole file and its scenarios, ``judging_digest`` only the parts that
-    decide an outcome.
+    ``digest`` covers the whole file and its scenarios. ``judging_digest`` covers only the parts
+    that decide an outcome.
     """
 
     def __init__(self, contents: RubricFile, table: dict[str, Any], path: Path) -> None:
@@ -237,7 +235,7 @@ class Rubric:
         return round(sum(check.points for exercise in self.exercises for check in exercise.check), 4)
 
     def exercise(self, name: str) -> ExerciseTable:
-        """Return an exercise. Raises InputError naming the known ones."""
+        """Return an exercise. Raises InputError, which names the known exercises."""
         for one in self.exercises:
             if one.id == name:
                 return one
@@ -263,9 +261,10 @@ class Rubric:
         return isinstance(self._seed, int)
 
     def seed_for(self, student: str, firmware: bytes, salt: bytes) -> int:
-        """Return the seed of a submission's board and motions; ``salt``: the teacher's secret.
+        """Return the seed of a submission's board and motions. ``salt``: the teacher's secret.
 
-        It depends on the bytes, so that no program can contain its own recording.
+        The seed depends on the bytes of the program, so that no program can contain a recording of
+        its own run.
         """
         if isinstance(self._seed, int):
             return self._seed
@@ -273,7 +272,7 @@ class Rubric:
         return int.from_bytes(hmac.digest(salt, message, "sha256")[:4], "big")
 
     def scenario(self, run: str, seed: int) -> Scenario:
-        """Return a run's scenario on the board ``seed``. Raises RubricError."""
+        """Return the scenario of a run on the board ``seed``. Raises RubricError."""
         if seed != self._seed_of_scenarios:  # students are judged one by one
             self._scenarios, self._seed_of_scenarios = {}, seed
         if run not in self._scenarios:
@@ -361,7 +360,7 @@ class Rubric:
         return changed
 
     def files(self) -> list[Path]:
-        """Return the needed files, relative to the rubric's folder. Raises RubricError for others."""
+        """Return the needed files, as paths in the rubric's folder. Raises RubricError for other paths."""
         found: list[Path] = []
         for run, table in self._runs.items():
             named = table.get("scenario")
@@ -516,7 +515,7 @@ _USUAL_RUBRIC = "lab3"
 
 
 def rubric_of(target: str) -> str:
-    """Return the rubric in the folder ``target``, or beside the file ``target``; if there is none, LAB3's."""
+    """Return the rubric in the folder ``target`` or beside the file ``target``, or else LAB3's."""
     path = Path(target)
     own = (path if path.is_dir() else path.parent) / PROJECT_RUBRIC
     return str(own) if own.is_file() else _USUAL_RUBRIC

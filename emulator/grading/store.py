@@ -1,6 +1,6 @@
-"""Verdicts stored by content: a judged program is not judged again.
+"""Verdicts stored by content, so that a judged program is not judged again.
 
-The rubric's texts are not in the key; they are inserted later.
+The key does not depend on the rubric's texts. They are inserted when a verdict is found.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Store:
         self._rubric = rubric
 
     def find(self, task: Task) -> Verdict | None:
-        """Return the verdict with current texts, or None."""
+        """Return the stored verdict with current texts, or None."""
         from fcu_emulator.emulator.grading.judge import reworded
 
         try:
@@ -37,7 +37,7 @@ class Store:
             return None
 
     def keep(self, task: Task, verdict: Verdict) -> None:
-        """Store a verdict that is a grade."""
+        """Store a verdict if all its points could be judged."""
         if verdict.counts:
             write_atomically(self._path(task), verdict.to_json())
 

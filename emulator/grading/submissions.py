@@ -1,7 +1,8 @@
 """Submissions: find each student's program among folders, archives and files.
 
-A submission is **source** if there is one ``main.c`` or just one C file: this file, with the C
-files and headers beside it. Otherwise it is **firmware**, the one ELF, HEX or BIN file.
+A submission is **source** if it has exactly one ``main.c``, or exactly one C file. The source is
+this file, with the C files and headers beside it. Otherwise the submission is **firmware**: its
+only ELF, HEX or BIN file.
 
 Decision: source takes precedence over firmware, because an ELF file may be outdated.
 """
@@ -42,7 +43,7 @@ _LARGEST_SOURCE = 4 << 20  # bytes of all C files
 
 
 class RejectedError(InputError):
-    """A submission that cannot be judged; the message is for the student."""
+    """A submission that cannot be judged. The message is for the student."""
 
 
 @dataclass(frozen=True)
@@ -70,12 +71,12 @@ class SubmittedSource:
 
 @dataclass(frozen=True)
 class Submission:
-    """Submission of one student; ``path``: None if missing."""
+    """Submission of one student. ``path`` is None if it is missing."""
 
     student: Student
     path: Path | None
     known: bool | None = None
-    """Whether the roster has the student; None without a roster."""
+    """Whether the roster has the student, or None without a roster."""
     problem: str = ""
     """Reason for a rejection that is known before the files are read."""
     entries: tuple[SubmittedEntry, ...] = ()
@@ -89,7 +90,7 @@ class Submission:
 
     @property
     def board(self) -> str:
-        """Return the id that selects the board; a team has one."""
+        """Return the id that selects the board. A team has one board."""
         return next((entry.team for entry in self.entries if entry.team), self.student.id)
 
     @property
@@ -100,7 +101,7 @@ class Submission:
 
     @property
     def counted(self) -> list[SubmittedEntry]:
-        """Return the last attempt's entries, which are judged."""
+        """Return the entries of the latest attempt, which is judged."""
         last = max((entry.attempt for entry in self.entries), default="")
         return [entry for entry in self.entries if entry.attempt == last and entry.is_there]
 
@@ -109,9 +110,9 @@ class Submission:
         return any(entry.late for entry in self.counted)
 
     def submitted(self) -> datetime | None:
-        """Return the local time of submission, by the platform or else the newest file.
+        """Return the local time of submission, from the platform or else from the newest file.
 
-        None for Canvas, whose files have the time of the download.
+        Return None for Canvas, because its files have the time of the download.
         """
         times = []
         for entry in self.counted:
@@ -121,10 +122,10 @@ class Submission:
         return max(times, default=None)
 
     def content(self, scratch: Path, take: Take | None = None) -> SubmittedFirmware | SubmittedSource:
-        """Return the submitted program; archives are unpacked into the empty folder ``scratch``.
+        """Return the submitted program. Archives are unpacked into the empty folder ``scratch``.
 
-        ``take``: type to use if there are both; default: source. Raises RejectedError if the
-        submission is at fault, NotJudgedError if this machine is.
+        ``take``: the only type to accept. None accepts both and prefers source. Raises
+        RejectedError if the submission is at fault, NotJudgedError if this machine is at fault.
         """
         if self.problem:
             raise RejectedError(self.problem, kind="problem")
@@ -153,7 +154,7 @@ def _newest(path: Path) -> datetime:
 
 
 class _Resolved(NamedTuple):
-    """``sure``: False if the student was found by a freely chosen name."""
+    """An entry and its student. ``sure``: False if the student was found by a freely chosen name."""
 
     entry: SubmittedEntry
     student: Student
@@ -220,7 +221,7 @@ def _class_folder(where: Path, scratch: Path) -> Path:
 
 
 def _resolved(entry: SubmittedEntry, roster: Roster | None) -> _Resolved:
-    """Find the student by the teacher's table, then ids, then names."""
+    """Find the student by the roster's column of submissions, then by ids, then by names."""
     unknown = Student(platforms.stem(entry.path))
     if entry.problem and entry.is_there:  # ambiguous name
         return _Resolved(entry, unknown, None if roster is None else False, entry.problem)
@@ -294,7 +295,7 @@ def _content(path: Path, scratch: Path, take: Take | None) -> SubmittedFirmware 
 
 
 def _choose(folder: Path, scratch: Path | None, take: Take | None) -> SubmittedFirmware | SubmittedSource:
-    """Return the only program in a folder; ``scratch``: folder for unpacking, or None."""
+    """Return the only program in a folder. ``scratch``: folder for unpacking, or None."""
     files = list(_walk(folder))
     own = [path for path in files if not _MADE & set(path.relative_to(folder).parts[:-1])]
     if take != "firmware":
@@ -318,7 +319,7 @@ def _choose(folder: Path, scratch: Path | None, take: Take | None) -> SubmittedF
 
 
 def _walk(folder: Path) -> Iterator[Path]:
-    """Yield at most 5,000 ordinary files, not links."""
+    """Yield ordinary files, not links. Raises RejectedError for more than 5,000 entries."""
     count = 0
     for where, folders, files in os.walk(folder, onerror=_raise):
         here = Path(where)
@@ -336,7 +337,7 @@ def _walk(folder: Path) -> Iterator[Path]:
 
 
 def _raise(error: OSError) -> None:
-    """Make :func:`os.walk` raise the error."""
+    """Raise the error that :func:`os.walk` reports."""
     raise error
 
 

@@ -28,8 +28,8 @@ _SHOWING = ("emulator/cli", "emulator/links", "emulator/testing", "emulator/grad
 class Task:
     """A program and the data for judging it.
 
-    ``rubric``: a name, or a path on the worker. ``code``: :func:`code_digest`, which must equal the
-    worker's.
+    ``rubric``: a name, or a path on the worker. ``code``: :func:`code_digest`, which must be the
+    same on the worker.
     """
 
     firmware: bytes = field(repr=False)
@@ -41,7 +41,7 @@ class Task:
     build_log: str | None = None
     limits: WorkerLimits | None = None
     sources: Mapping[str, bytes] = field(default_factory=dict, repr=False)
-    """Source files by name, which explanations quote."""
+    """Source files by name. Explanations quote them."""
 
     @property
     def sources_digest(self) -> str:
@@ -67,7 +67,7 @@ def judge_task(task: Task) -> str:
             try:
                 return judge(path, rubric, seed=task.seed, build_log=task.build_log).to_json()
             except FirmwareFileError as error:
-                if isinstance(error.__cause__, OSError):  # this machine cannot read its temporary file
+                if isinstance(error.__cause__, OSError):  # this machine cannot read the temporary file
                     raise error.__cause__ from None
                 raise RejectedError(str(error).replace(f"{path}", path.name)) from None
             except InputError as error:  # caused by this machine, such as a missing C library
@@ -79,13 +79,13 @@ def judge_task(task: Task) -> str:
 
 
 def use_temporary_folder(folder: str) -> None:
-    """Set this process' folder for temporary files."""
+    """Set the folder for temporary files of this process."""
     tempfile.tempdir = folder
 
 
 @functools.cache
 def code_digest() -> str:
-    """Return a digest of all that can change a verdict."""
+    """Return a digest of the version and all files that can change a verdict."""
     digest = hashlib.sha256()
     for package in _DECIDING:
         for path in sorted((_ROOT / package).rglob("*")):
@@ -106,6 +106,6 @@ def _rubric(name: str, digest: str) -> Rubric:
 
 
 def _file_name(name: str) -> str:
-    """Return a valid name similar to the submitted one."""
+    """Return a valid file name that is similar to the submitted name."""
     plain = "".join(sign if sign.isalnum() or sign in "._-" else "_" for sign in name)[-60:].lstrip(".-")
     return plain or "firmware"

@@ -1,9 +1,9 @@
-"""Trial programs that do not solve a lab: a rubric gives away the points that they earn.
+"""Trial programs that do not solve a lab. A rubric gives away the points that they earn.
 
-They are the template and programs that print nothing or zeros.
+They are the template, and programs that print nothing or only zeros.
 
-Decision: the trial programs are generated for each rubric, because they print its lines. They are
-Python firmware, which needs no compiler.
+Decision: the trial programs are generated for each rubric, because they print the lines of the
+rubric. They are Python firmware, so that no compiler is needed.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ def trials(rubric: Rubric, template: str, seed: int = 0) -> Iterator[Trial]:
 
 
 def lines_of(rubric: Rubric) -> list[str]:
-    """Return the expected lines once, with numbers 0."""
+    """Return each expected line one time, with 0 for all numbers."""
     found: dict[str, None] = {}
     for exercise in rubric.exercises:
         for check in exercise.check:

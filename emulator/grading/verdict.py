@@ -2,8 +2,8 @@
 
 The same firmware, rubric, seed and version give the same bytes everywhere.
 
-Decision: the outcome "unjudged" is separate, and its points are excluded from the sum, so that no
-check gets a zero without evaluation.
+Decision: the outcome "unjudged" is separate, and the points of such checks are excluded from the
+sum, so that a check without evaluation does not count as zero.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Detail: TypeAlias = Literal["full", "actual", "name", "none"]
 
 
 class ResultModel(BaseModel):
-    """Base class: frozen, without unknown keys."""
+    """Base class: instances are frozen, and unknown keys are refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
 
@@ -29,10 +29,11 @@ class ResultModel(BaseModel):
 class CheckResult(ResultModel):
     """Result of one check of a rubric.
 
-    ``check``: unique name ("3.pitch"). ``expected`` and ``actual``: sentences. ``printed``: the first wrong line,
-    quoted, with its time. ``source``: the statement that prints the line or switches the LED. ``finding``: kind of
-    failure, for hints; ``fault``: its general kind. ``detail``: the part that a student sees: all; all without the
-    expected value; title and outcome; or the outcome only.
+    ``check``: unique name ("3.pitch"). ``expected`` and ``actual``: sentences. ``printed``: the
+    first wrong line, quoted, with its time. ``source``: the statement that prints the line or
+    switches the LED. ``finding``: kind of failure, for hints. ``fault``: its general kind.
+    ``detail``: what a student sees: everything, everything except the expected value, title and
+    outcome, or only the outcome.
     """
 
     check: str
@@ -56,7 +57,7 @@ class CheckResult(ResultModel):
 
 
 def requires_text(unmet: Iterable[tuple[str, str]]) -> str:
-    """Name the required checks (name, title)."""
+    """Return a text that names the required checks, given as (name, title)."""
     return _without(f'"{title}" ({name})' for name, title in unmet)
 
 
@@ -65,7 +66,7 @@ def _without(names: Iterable[str]) -> str:
 
 
 class Series(ResultModel):
-    """A printed number (None: not a number) and the truth, at most :data:`MOST_PRINTS` times."""
+    """Samples of a printed number and the truth, at most :data:`MOST_PRINTS`. None: not a number."""
 
     name: str
     unit: str
@@ -75,7 +76,7 @@ class Series(ResultModel):
 
 
 class Following(ResultModel):
-    """Periods, in s, of a condition and of its LED or line."""
+    """Periods in s: when a condition was true, and when its LED was lit or its line printed."""
 
     name: str
     condition: str
@@ -91,14 +92,14 @@ class DiagnosedCause(ResultModel):
     details: tuple[str, ...] = ()
     fatal: bool = False
     data: dict[str, str] = Field(default_factory=dict)
-    """The parts of the summary by name, for programs."""
+    """The parts of the summary by name, for use by programs."""
 
 
 class RunEvidence(ResultModel):
     """Evidence of one run.
 
-    ``terminal``: begin and end of the output as Latin-1, not escaped. ``stopped``: reason for an
-    early end. ``replay``: the drawn scenario as TOML, or "".
+    ``terminal``: the beginning and end of the output as Latin-1, not escaped. ``stopped``: reason
+    for an early end. ``replay``: the scenario with drawn numbers as TOML, or "".
     """
 
     run: str
@@ -125,7 +126,7 @@ class ExerciseTitle(ResultModel):
 
 
 MOST_PRINTS = 200  # entries of a series
-MOST_TERMINAL = 8_000  # first and last characters of a run
+MOST_TERMINAL = 8_000  # characters of a run: half from its beginning, half from its end
 
 
 class Verdict(ResultModel):
@@ -137,7 +138,7 @@ class Verdict(ResultModel):
     rubric_digest: str
     firmware_digest: str
     seed: int | None
-    """Board's seed; None in anonymous reports, because it depends on the student's id."""
+    """Seed of the board. None in anonymous reports, because the seed depends on the student's id."""
     version: str
     exercises: tuple[ExerciseTitle, ...]
     checks: tuple[CheckResult, ...]
@@ -163,11 +164,11 @@ class Verdict(ResultModel):
 
     @property
     def counts(self) -> bool:
-        """Whether all points could be judged."""
+        """Whether all points of the verdict could be judged."""
         return not any(check.max_points for check in self.unjudged)
 
     def points_of(self, exercise: str) -> float | None:
-        """Return the points, or None if not fully judged."""
+        """Return the exercise's points, or None if the exercise is not fully judged."""
         checks = self.of(exercise)
         if not checks or any(check.outcome == "unjudged" and check.max_points for check in checks):
             return None
@@ -185,9 +186,7 @@ class Verdict(ResultModel):
         return tuple(one for one in self.evidence if exercise in one.exercises)
 
     def for_student(self, after_due_date: bool = False) -> Verdict:
-        """Return the visible checks, with the allowed detail; partly hidden runs lose truth and
-        scenario.
-        """
+        """Return the visible checks with the allowed detail. Partly hidden runs lose truth and scenario."""
         shown = {"always", "after_due_date"} if after_due_date else {"always"}
         unnamed = {one.check for one in self.checks if one.visibility not in shown or one.detail == "none"}
         visible = tuple(_for_student(check, unnamed) for check in self.checks if check.visibility in shown)
@@ -212,7 +211,7 @@ class Verdict(ResultModel):
         return self.model_copy(update={"seed": None, "evidence": evidence})
 
     def allowed(self) -> tuple[CheckResult, ...]:
-        """Return all checks with the detail for students."""
+        """Return all checks, each with the detail that students may see."""
         unnamed = {one.check for one in self.checks if one.visibility != "always" or one.detail == "none"}
         return tuple(_for_student(check, unnamed) for check in self.checks)
 
@@ -229,7 +228,7 @@ def _is_open(check: CheckResult, shown: set[str]) -> bool:
 
 
 def _for_student(check: CheckResult, unnamed: Collection[str] = ()) -> CheckResult:
-    """Return a result's visible part; ``unnamed``: checks not to be named."""
+    """Return the visible part of a result. ``unnamed``: checks that must not be named."""
     if any(one in unnamed for one in check.requires_unmet):
         actual = _without(["a hidden check"])
         check = check.model_copy(update={"actual": actual, "requires_unmet": ()})

@@ -1,8 +1,8 @@
 """Workers that judge programs: local processes or a Dask cluster, behind one interface.
 
-Decision: each job has one process and one pipe. A submission that exhausts the memory ends only its
-process, and the task is tried again. ``ProcessPoolExecutor`` was rejected: it breaks when one
-process dies. Processes are spawned, because the parent has threads.
+Decision: each job has one process and one pipe. If a submission exhausts the memory, only its
+process ends, and the task is tried again. ``ProcessPoolExecutor`` was rejected: it breaks when one
+process dies. Processes are started by "spawn", because the parent has threads.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class LocalWorkers(Executor):
             return [worker.pid for worker in self._workers]
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Submit a task; function and arguments are pickled."""
+        """Submit a task. The function and its arguments are pickled."""
         if kwargs:
             raise TypeError("arguments must be given by position")
         if self._closed:
@@ -73,7 +73,7 @@ class LocalWorkers(Executor):
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the processes after all tasks, or at once with ``cancel_futures``."""
+        """End the processes after all tasks, or immediately with ``cancel_futures``."""
         self._closed = True
         if cancel_futures:
             while True:
@@ -147,7 +147,7 @@ class LocalWorkers(Executor):
         worker = _Worker(self._initializer)
         with self._lock:
             self._workers.add(worker)
-            if self._cancelled:  # during the start
+            if self._cancelled:  # shutdown() was called meanwhile
                 worker.kill()
         return worker
 
@@ -158,7 +158,7 @@ class LocalWorkers(Executor):
 
 
 class _DiedError(Exception):
-    """The process died; ``out_of_time``: at its processor limit."""
+    """The process died. ``out_of_time``: its limit of processor time was the cause."""
 
     def __init__(self, cause: str) -> None:
         self.out_of_time = cause == "SIGXCPU"
@@ -253,7 +253,7 @@ class DaskWorkers(Executor):
 
     @property
     def slots(self) -> int:
-        """Parallel tasks of the current workers."""
+        """Number of parallel tasks of the current workers."""
         threads: dict[str, int] = self._client.nthreads()
         return max(1, sum(threads.values()))
 
@@ -262,6 +262,6 @@ class DaskWorkers(Executor):
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Leave the cluster, which continues to run."""
+        """Disconnect from the cluster, which continues to run."""
         self._executor.shutdown(wait=wait and not cancel_futures)
         self._client.close()

@@ -1,8 +1,8 @@
 """Cleanup before the process ends, such as removal of files that other programs read.
 
-Decision: cleanup that must not be lost is also registered with :func:`before_exit`. Signals may
-interrupt the code between a file's creation and its ``try``, or a ``finally``. The entry point
-repeats :func:`clean_up` until all actions are done.
+Decision: cleanup that must not be lost is also registered with :func:`before_exit`. A signal may
+arrive between a file's creation and its ``try``, or inside ``finally``. The entry point repeats
+:func:`clean_up` until all actions are done.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ _actions: dict[Callable[[], None], None] = {}
 
 
 def before_exit(action: Callable[[], None]) -> None:
-    """Register an action for the process' end, unless :func:`done` is called. It may run twice."""
+    """Run ``action`` before the process ends, unless :func:`done` removes it. It may run twice."""
     _actions[action] = None
 
 
@@ -23,7 +23,7 @@ def done(action: Callable[[], None]) -> None:
 
 
 def clean_up() -> None:
-    """Run the registered actions, the latest first. Repeat an interrupted call."""
+    """Run the registered actions, the latest first. After an interrupt, call this again."""
     while _actions:
         action = next(reversed(_actions))
         action()

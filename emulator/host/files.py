@@ -96,7 +96,7 @@ def _is_device(path: Path) -> bool:
 
 
 class BoundedFile:
-    """An ASCII file of at most ``most_bytes``, emptied first. Raises LinkError.
+    """An ASCII file of at most ``most_bytes``. An existing file is emptied. Raises LinkError.
 
     Messages call the file ``what``.
     """

@@ -2,14 +2,14 @@
 
 The exit code is not a verdict if the worker was killed, crashed, or exceeded memory or time.
 
-Decision: the worker process adds a constant to its exit code. Otherwise exit code 1 of a library
-that has run out of memory would mean "wrong".
+Decision: the worker process adds a constant to its exit code. Otherwise, if a library runs out of
+memory and exits with code 1, this code would mean "wrong".
 
 Decision: the worker process stays in the process group of its parent, so that Ctrl-C reaches both
 and typed text reaches the board. A pipe ends the worker if the parent is killed.
 
 Decision: the worker process sets its own limits before it loads other modules. The parent cannot
-set them between fork and exec, because functions there are unsafe with threads.
+set them between fork and exec, because functions that run there are unsafe with threads.
 """
 
 from __future__ import annotations
@@ -67,8 +67,8 @@ class WorkerLimits:
     def apply(self) -> tuple[str, ...]:
         """Apply the limits, and return those that the system does not enforce.
 
-        Lower existing limits remain. Processor time counts from the latest call. Call it before
-        large imports.
+        Existing limits that are lower remain. Processor time counts from the latest call. Call this
+        method before large imports.
         """
         if sys.platform != "win32":
             import resource
@@ -90,7 +90,7 @@ def not_limited() -> tuple[str, ...]:
 
 
 def parse_limits(settings: Sequence[str]) -> tuple[WorkerLimits | None, tuple[str, ...]]:
-    """Return the limits from settings ``name=number`` (None without any), and other settings.
+    """Return limits (or None) from settings ``name=number``, and the other settings.
 
     Raises InputError.
     """
@@ -142,7 +142,7 @@ class WorkerExit:
 
 
 def run_isolated(module: str, arguments: Sequence[str], limits: WorkerLimits) -> WorkerExit:
-    """Run ``module`` in a worker process as ``python -m`` does, with this process' streams.
+    """Run ``module`` in a worker process as ``python -m`` does, with the streams of this process.
 
     Call it in the main thread. Raises OSError if no process can be started.
     """
@@ -197,7 +197,7 @@ def _lifeline() -> tuple[int | None, int | None]:
 
 @contextmanager
 def _passed_on(asked: list[int]) -> Iterator[list[subprocess.Popen[bytes]]]:
-    """Forward termination signals to the process that the caller lists. A second one kills it.
+    """Forward termination signals to the process in the yielded list. A second signal kills it.
 
     On Windows the worker receives Ctrl-C directly.
     """
@@ -225,7 +225,7 @@ _working_under: list[WorkerLimits] = []
 
 
 def limits_of_worker() -> WorkerLimits | None:
-    """Return this worker's limits, or None elsewhere."""
+    """Return this worker's limits, or None outside of a worker."""
     return _working_under[0] if _working_under else None
 
 

@@ -1,7 +1,8 @@
 """TCP ports that only this machine's programs can reach.
 
 Decision: serial ports, the debugger's port and the control port listen on 127.0.0.1 only. Other
-machines connect through ``ssh -L``. Only the page, which has a token, can have another address.
+machines connect through ``ssh -L``. Only the web page can use another address, because it requires
+a token.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ LARGEST_PORT = 65_535
 
 
 def listen(port: int, option: str) -> socket.socket:
-    """Return a socket on ``port`` (0: any free one). Raises LinkError naming ``option``."""
+    """Return a socket on ``port`` (0: any free one). Raises LinkError, which names ``option``."""
     listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
         if sys.platform == "win32":  # on Windows, SO_REUSEADDR lets two programs share a port

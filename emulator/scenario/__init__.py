@@ -1,4 +1,4 @@
-"""Scenarios: TOML files with the events on a board and the expectations of its firmware.
+"""Scenarios: TOML files with events on a board and expectations about its firmware.
 
 ::
 
@@ -9,7 +9,7 @@
     print("\\n".join(result.lines))
     assert result.passed
 
-Names are loaded on first use, because schemas need pydantic.
+Names are loaded on first use, because schemas need pydantic, which is slow to import.
 """
 
 from __future__ import annotations

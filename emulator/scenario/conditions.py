@@ -34,7 +34,7 @@ LedName = Annotated[str, AfterValidator(_known_led), Field(json_schema_extra={"e
 
 
 def led_states(run: RunView, led: str) -> Iterator[tuple[int, int, bool]]:
-    """Yield (from, until, lit) by time; the LED is dark at first."""
+    """Yield (from, until, lit) in order of time. The LED is dark at first."""
     pin = run.board.led(led.upper()).pin
     begin_ps, lit = 0, False
     for edge in run.board.trace.of(GpioEdge):
@@ -48,7 +48,7 @@ def led_states(run: RunView, led: str) -> Iterator[tuple[int, int, bool]]:
 
 
 class Stretch(NamedTuple):
-    """A period with an unchanged condition; ``holds`` is None within the margin."""
+    """A period in which a condition does not change. ``holds`` is None within the margin."""
 
     begin_ps: int
     end_ps: int
@@ -56,7 +56,7 @@ class Stretch(NamedTuple):
 
 
 class Followed(NamedTuple):
-    """Periods, in ps, of a condition and of its LED or line. A line's period has no length."""
+    """Periods in ps: when a condition was true, and when its LED was lit or its line was printed."""
 
     name: str
     condition: str
@@ -92,7 +92,7 @@ class Condition(Table):
 
     @property
     def limit(self) -> float:
-        """Return the threshold, 0 for a LED."""
+        """Return the threshold, or 0 for a LED."""
         return next(one for one in (self.beyond, self.above, self.below, 0.0) if one is not None)
 
     def text(self) -> str:
@@ -103,7 +103,7 @@ class Condition(Table):
         return f"{self.quantity} is {'above' if self.above is not None else 'below'} {self.limit:g}"
 
     def holds(self, value: float) -> bool | None:
-        """Return whether the condition holds; None within the margin."""
+        """Return whether the condition is true, or None within the margin."""
         over = (abs(value) if self.beyond is not None else value) - self.limit
         if abs(over) < self.margin:
             return None
@@ -123,11 +123,11 @@ class Condition(Table):
             at_ps = end_ps
 
     def held(self, run: RunView) -> tuple[tuple[int, int], ...]:
-        """Return the condition's periods, in ps."""
+        """Return the periods in ps in which the condition is true."""
         return tuple((one.begin_ps, one.end_ps) for one in self.stretches(run) if one.holds)
 
     def value_text(self, run: RunView, at_ps: int) -> str:
-        """Describe the value: " with a true roll of 44.2 degrees"."""
+        """Describe the true value, such as " with a true roll of 44.2 degrees"."""
         if self.led is not None:
             return ""
         name = self.quantity or ""

@@ -1,6 +1,6 @@
 """Expectations about terminal output and printed numbers.
 
-``schema.Kinds`` lists the class of each kind.
+``schema.Kinds`` lists the classes of all kinds.
 """
 
 from __future__ import annotations
@@ -70,17 +70,15 @@ class RunView:
     end_ps: int
     patience: TimeBudget = field(default_factory=TimeBudget)
     tilts: Sequence[TiltSample] = ()
-    """Inclination in steps of 10 ms, if an expectation needs it."""
+    """Inclination of the board in steps of 10 ms, if an expectation needs it."""
     samples: Mapping[str, Sequence[float]] = field(default_factory=dict)
     """Quantities of conditions, in the same steps."""
     watched: Mapping[int, Any] = field(default_factory=dict)
-    """Results of :meth:`Expectation.watch` by the ``id()`` of the expectation."""
+    """Results of :meth:`Expectation.watch`, keyed by the ``id()`` of the expectation."""
 
 
 class Expectation(Expected):
-    """One ``[[expect]]`` table. ``ON_TERMINAL``: whether it reads terminal output, which ends with
-    a crash.
-    """
+    """One ``[[expect]]`` table. ``ON_TERMINAL``: whether it needs output, which ends at a crash."""
 
     ON_TERMINAL: ClassVar[bool] = False
 
@@ -88,7 +86,7 @@ class Expectation(Expected):
     def evaluate(self, run: RunView) -> ExpectationResult: ...
 
     def result(self, run: RunView) -> ExpectationResult:
-        """Evaluate the expectation; a search that takes too long gives "stopped"."""
+        """Evaluate the expectation. If a search takes too long, the result is "stopped"."""
         try:
             return self.evaluate(run)
         except TimeoutError:
@@ -118,11 +116,11 @@ class Windowed(Window, Expectation):
         return self.failed(fault_between(wanted, near), shown_line(near), diff)
 
 
-# -- The terminal's text: a line, a pattern, a pattern never, the whole text --------------------------------
+# -- The terminal's text: a line, a pattern, no match of a pattern, the whole text --------------------------
 
 
 class ExpectLine(Windowed):
-    """A line has exactly this text; with ``count``, exactly that many lines."""
+    """A line has exactly this text. If ``count`` is given, exactly so many lines have the text."""
 
     kind: Literal["line"]
     text: str = Field(max_length=255)  # size of PRINTF's buffer
@@ -159,7 +157,7 @@ class _Matching(Windowed):
 
 
 class ExpectRegex(_Matching):
-    """A line contains the pattern; with ``count``, exactly that many lines."""
+    """A line contains the pattern. If ``count`` is given, exactly so many lines contain it."""
 
     kind: Literal["regex"]
     count: int | None = Field(None, ge=1)
@@ -219,12 +217,12 @@ class ExpectText(Expectation):
             printed_lines[index] if index < len(printed_lines) else None,
         )
         count = f"{len(printed_lines)} lines, {len(printed)} bytes"
-        ended = index < len(printed_lines) - 1  # the first different line is complete
+        ended = index < len(printed_lines) - 1  # whether the first different line is complete
         return self.failed(fault, count, difference(wanted_lines, printed_lines), final=ended)
 
 
 def shown_line(text: str) -> str:
-    """Return a line as messages show it."""
+    """Return a line in the form that messages have."""
     return f'"{escaped(text)}"'
 
 
@@ -232,7 +230,7 @@ def shown_line(text: str) -> str:
 
 
 SETTLE_PS = 50 * PS_PER_MS  # a period of the slowest sensor (LPS22HB, 25 Hz) and several periods of the timer
-_DIFF_LINES = 3  # in a finding
+_DIFF_LINES = 3  # lines in a finding
 
 
 def _known_field(name: str) -> str:
@@ -254,7 +252,7 @@ FieldName = Annotated[str, AfterValidator(_known_field), Field(json_schema_extra
 
 
 class _Number(Windowed):
-    """A number of the slides by ``name``, else by ``format`` or ``pattern``.
+    """A number of the slides by ``name``, or any number by ``format`` or ``pattern``.
 
     ``number``: index in the format, from 1.
     """
@@ -306,16 +304,16 @@ class _Number(Windowed):
         return self.failed("wrong format", seen, diff, final=final)
 
     def _pattern(self) -> TextPattern:
-        assert self.pattern is not None  # by the validator
+        assert self.pattern is not None  # the validator has checked this
         return self.pattern
 
 
 class ExpectField(_Number):
     """Each print of a number is near ``value``, or near the truth.
 
-    A print's error is the smallest one in the time ``settle`` before printing began. ``truth``
-    names a quantity, or is true for the quantity with the number's name. The printed number is
-    ``scale`` times the quantity.
+    The error of a print is its smallest distance from the truth in the time ``settle`` before
+    printing began. ``truth`` names a quantity. ``truth = true`` means the quantity with the
+    number's name. The printed number is ``scale`` times the quantity.
     """
 
     kind: Literal["field"]
@@ -339,7 +337,7 @@ class ExpectField(_Number):
 
     @property
     def quantity(self) -> str:
-        """Return the true quantity's name, or "" for a given ``value``."""
+        """Return the name of the true quantity, or "" if ``value`` is given."""
         return (self.name or "") if self.truth is True else self.truth or ""
 
     def describe(self) -> str:
@@ -382,7 +380,7 @@ class ExpectField(_Number):
         return self.failed("wrong value", seen, diff, final=True)
 
     def _compared(self, line: PrintedLine, printed: float, error: float) -> str:
-        """Return the worst print and its reference."""
+        """Describe the worst print and its reference."""
         what = "the truth is" if self.truth else "expected"
         worst = f"{self.title} is {printed:.6g}, {what} {self._wanted(printed, error):.6g}"
         return f"the worst by {abs(error):.6g} at {seconds(line.at_ps)}: {worst}"
@@ -406,7 +404,7 @@ class ExpectField(_Number):
 
 
 class ExpectPrinted(_Number):
-    """A number is printed in its format at least every ``max_gap``."""
+    """A number is printed in its format, and gaps between prints are at most ``max_gap``."""
 
     RENAMED: ClassVar[Mapping[str, str]] = {"longest_gap": "max_gap"}
 
@@ -438,7 +436,7 @@ class ExpectPrinted(_Number):
 
 
 class ExpectWithin(_Number):
-    """Each print is from ``min`` to ``max``; two prints differ by at least ``min_difference``."""
+    """Each print is from ``min`` to ``max``. At least two prints differ by ``min_difference`` or more."""
 
     RENAMED: ClassVar[Mapping[str, str]] = {"least": "min", "most": "max", "apart": "min_difference"}
 

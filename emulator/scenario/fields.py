@@ -1,10 +1,11 @@
 """Field types of scenario tables: strict types, quantities with units, files, patterns.
 
-A scenario may be untrusted, and its errors quote files. Therefore file names are relative, without
-``..`` or a link out of the folder. The largest recording takes 180 MB and ten seconds.
+A scenario may be untrusted, and its error messages quote files. Therefore file names must be
+relative, without ``..`` or a link out of the folder. The largest recording takes 180 MB and ten
+seconds.
 
-A compiled pattern takes 500 bytes for each repetition of an element (``regex`` 2026). A scenario's
-limit costs 50 MB and 0.1 s.
+A compiled pattern takes 500 bytes for each repetition of an element (``regex`` 2026). At the limit,
+a scenario's patterns take 50 MB and 0.1 s.
 """
 
 from __future__ import annotations
@@ -55,19 +56,19 @@ from fcu_emulator.emulator.world.limits import Range
 
 
 class Table(BaseModel):
-    """Base class of tables without conversion of strings, NaN, infinity or unknown keys."""
+    """Base class of tables: strings are not converted, and NaN, infinity and unknown keys are refused."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
     RENAMED: ClassVar[Mapping[str, str]] = {}
     """Current names of renamed keys, by their previous names."""
     MISPLACED: ClassVar[Mapping[str, str]] = {}
-    """Correct tables of keys that are often written in this table."""
+    """The correct tables of keys that are often written in this table by mistake."""
 
     @model_validator(mode="before")
     @classmethod
     def _refuse_unknown_keys(cls, data: Any) -> Any:
-        """Replace renamed keys, and refuse unknown ones."""
+        """Replace renamed keys, and refuse unknown keys."""
         if not isinstance(data, dict):
             return data
         if data.keys() & cls.RENAMED.keys():
@@ -98,12 +99,12 @@ def board_of(info: ValidationInfo) -> BoardDescription:
 
 
 def within(allowed: Range) -> FieldInfo:
-    """Return the world's own range."""
+    """Return the range that the world accepts, for a field."""
     info: FieldInfo = Field(ge=allowed.low, le=allowed.high)
     return info
 
 
-# TOML has arrays, but no tuples: Strict(False) accepts an array for the tuple; its elements stay strict.
+# TOML has arrays, but no tuples: Strict(False) accepts an array for the tuple, but its elements stay strict.
 Vector = Annotated[tuple[float, float, float], Strict(False)]
 
 
@@ -154,7 +155,7 @@ class Window(Table):
         return self.from_ <= at_ps and (self.to is None or at_ps <= self.to)
 
     def window_text(self) -> str:
-        """Describe the window; empty for the whole run."""
+        """Describe the window. The text is empty for the whole run."""
         if self.from_ == 0 and self.to is None:
             return ""
         end = "the end" if self.to is None else seconds(self.to)
@@ -187,7 +188,7 @@ def _hertz_of(text: str) -> int | None:
 
 
 def format_frequency(hertz: int) -> str:
-    """Return a frequency in a file's notation."""
+    """Return a frequency in the notation of scenario files."""
     unit = next(one for one in ("MHz", "kHz", "Hz") if hertz % _HZ_PER_UNIT[one] == 0)
     return f"{hertz // _HZ_PER_UNIT[unit]}{unit}"
 
@@ -208,7 +209,7 @@ CrystalFrequency = Annotated[int, PlainValidator(parse_crystal), _IN_HERTZ, _jso
 
 
 def _parse_address(value: object, info: ValidationInfo) -> int:
-    """Return a 7-bit address, also for a name. Raises ValueError."""
+    """Return a 7-bit address from a number or the name of a sensor. Raises ValueError."""
     known = board_of(info).addresses
     if isinstance(value, str) and value in known:
         return known[value]
@@ -228,10 +229,10 @@ Address = Annotated[
 # -- Limits while a scenario is read ------------------------------------------------------------------------
 
 
-_MAX_FILE_BYTES = 1 << 20  # of one text file
-_MAX_TOTAL_BYTES = 64 << 20  # of a scenario's files
-_MAX_ELEMENTS = 10_000  # of one pattern
-_MAX_TOTAL_ELEMENTS = 100_000  # of a scenario's patterns
+_MAX_FILE_BYTES = 1 << 20  # in one text file
+_MAX_TOTAL_BYTES = 64 << 20  # in all files of a scenario
+_MAX_ELEMENTS = 10_000  # in one pattern
+_MAX_TOTAL_ELEMENTS = 100_000  # in all patterns of a scenario
 
 
 class Resources:
@@ -245,7 +246,7 @@ class Resources:
         self._recordings: dict[Path, Recording] = {}
 
     def text(self, name: str, what: str) -> bytes:
-        """Return a small file; ``what`` names it in errors."""
+        """Return the contents of a small file. ``what`` describes the file in errors."""
         path = self._inside(name)
         if path not in self._texts:
             self._count(path, name)
@@ -253,7 +254,7 @@ class Resources:
         return self._texts[path]
 
     def recording(self, name: str) -> Recording:
-        """Return a CSV recording, which is loaded once."""
+        """Return a CSV recording. Each file is loaded only one time."""
         path = self._inside(name)
         if path not in self._recordings:
             self._count(path, name)
@@ -264,7 +265,7 @@ class Resources:
         return self._recordings[path]
 
     def allow_pattern(self, pattern: str) -> None:
-        """Count a pattern before compiling."""
+        """Count the elements of a pattern before it is compiled."""
         elements = _elements(pattern)
         self._elements_left -= elements
         if elements > _MAX_ELEMENTS:
@@ -296,7 +297,7 @@ class Resources:
         try:
             size = path.stat().st_size
         except OSError:
-            return  # reading the file reports the error
+            return  # the later read reports the error
         self._bytes_left -= size
         if self._bytes_left < 0:
             most = f"{_MAX_TOTAL_BYTES >> 20} MiB"
@@ -304,15 +305,15 @@ class Resources:
 
 
 def resources_of(info: ValidationInfo) -> Resources:
-    """Return the scenario's resources; default: the working directory's."""
+    """Return the resources of the scenario, by default of the working directory."""
     resources = (info.context or {}).get("resources")
     return resources if isinstance(resources, Resources) else Resources(Path())
 
 
 def read_bounded(path: Path, name: str, what: str) -> bytes:
-    """Return a regular file of at most 1 MiB. Raises ValueError."""
+    """Return the contents of a regular file of at most 1 MiB. Raises ValueError."""
     try:
-        if path.exists() and not path.is_file():  # to open a pipe or a terminal would block
+        if path.exists() and not path.is_file():  # opening a pipe or a terminal would block
             raise ValueError(f"{name} must be a regular file: {what}")
         with path.open("rb") as stream:
             data = stream.read(_MAX_FILE_BYTES + 1)
@@ -363,15 +364,15 @@ RecordingFile = Annotated[Named[Recording], PlainValidator(_named_recording), _A
 
 
 _LONGEST_PATTERN = 500
-_LINE_PATIENCE_S = 0.5  # per line; usually microseconds
-_RUN_PATIENCE_S = 10.0  # per run
+_LINE_PATIENCE_S = 0.5  # for each line, which usually takes microseconds
+_RUN_PATIENCE_S = 10.0  # for each run
 
 _COUNT = re.compile(r"(\)?)\{(\d+)")  # a group's end, minimum count
 _SCATTERED = re.compile(r"\(\?(#|[\w-]*x)")  # may separate a group and its count
 
 
 def _elements(pattern: str) -> int:
-    """Return an upper bound of the compiled elements."""
+    """Return an upper bound of the number of compiled elements."""
     counts = [(bool(group), max(int(count), 1)) for group, count in _COUNT.findall(pattern)]
     if _SCATTERED.search(pattern):
         counts = [(True, count) for _, count in counts]
@@ -392,7 +393,7 @@ class TimeBudget:
 
     @contextmanager
     def limited(self) -> Iterator[float]:
-        """Yield the search's time limit in seconds. Raises TimeoutError if no time is left."""
+        """Yield the time limit of the search in seconds. Raises TimeoutError if no time is left."""
         if self.exhausted:
             raise TimeoutError
         began_s = self._clock_s()
@@ -410,7 +411,7 @@ class TextPattern:
         self._compiled = regex.compile(text)
 
     def found_in(self, line: str, patience: TimeBudget) -> bool:
-        """Search one line. Raises TimeoutError."""
+        """Return whether one line contains the pattern. Raises TimeoutError."""
         with patience.limited() as timeout_s:
             return self._compiled.search(line, timeout=timeout_s) is not None
 
@@ -420,7 +421,7 @@ class TextPattern:
         return names.keys()
 
     def group_in(self, line: str, name: str, patience: TimeBudget) -> str | None:
-        """Return a group's text, or None. Raises TimeoutError."""
+        """Return the text of a group, or None without a match. Raises TimeoutError."""
         with patience.limited() as timeout_s:
             match = self._compiled.search(line, timeout=timeout_s)
         return None if match is None else match[name]

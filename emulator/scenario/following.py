@@ -18,14 +18,14 @@ from fcu_emulator.emulator.scenario.result import ExpectationResult
 from fcu_emulator.emulator.scenario.run_view import SAMPLE_STEP_PS, PrintedLine, escaped, same_banner
 from fcu_emulator.emulator.text import visible
 
-_DIFF_LINES = 3  # in a finding
+_DIFF_LINES = 3  # lines in a finding
 
 
 class ExpectLineFollows(Windowed):
-    """A line is printed at least every ``max_gap`` while a condition holds, and never otherwise.
+    """A line is printed at least every ``max_gap`` while a condition is true, and never otherwise.
 
-    The line equals ``text`` or matches ``pattern``. It is optional within the margin, and for
-    ``settle`` after a change.
+    The line equals ``text`` or matches ``pattern``. The line is optional within the margin, and for
+    the time ``settle`` after a change.
     """
 
     RENAMED: ClassVar[Mapping[str, str]] = {"longest_gap": "max_gap"}
@@ -49,7 +49,7 @@ class ExpectLineFollows(Windowed):
         return f"{self._line()} {every}{self.window_text()}"
 
     def evaluate(self, run: RunView) -> ExpectationResult:
-        """Fail with the first missing line, else the first wrong one."""
+        """Report the longest time without the line, or else the first wrong line."""
         lines = [line for line in self.lines_in_window(run) if self._is_it(line, run)]
         stretches = list(self._settled(run))
         wrong = [
@@ -75,7 +75,7 @@ class ExpectLineFollows(Windowed):
         return self.failed("wrong value", text, diff, final=True, mistake=mistake)
 
     def followed(self, run: RunView) -> Followed:
-        """Return the lines' times, and the condition's periods beyond its margin."""
+        """Return the times of the lines, and the periods in which the condition is true."""
         at_ps = (line.at_ps for line in run.lines if self._is_it(line, run))
         shown = tuple((one, one) for one in at_ps)
         return Followed(self._line(), self.when.text(), self.when.held(run), shown)
@@ -91,7 +91,7 @@ class ExpectLineFollows(Windowed):
         return [one for one in cut if one.begin_ps < one.end_ps]
 
     def _longest_silence(self, stretches: list[Stretch], lines: list[PrintedLine]) -> tuple[int, int] | None:
-        """Return (length, begin) of the longest silence, or None if short enough."""
+        """Return (length, begin) of the longest silence, or None if it is short enough."""
         silences = [
             (after - before, before)
             for begin_ps, end_ps, holds in stretches
@@ -118,7 +118,7 @@ class ExpectLineFollows(Windowed):
         return None if nearly is None else replace(nearly, is_final=True)
 
     def _mistake(self, run: RunView, stretches: list[Stretch], lines: list[PrintedLine]) -> tuple[str, str]:
-        """Return the mistake's kind and text; both "" if unknown."""
+        """Return the kind and the text of the mistake, or "" for both if unknown."""
         if self.when.quantity is None:
             return "", ""
         at_ps = [line.at_ps for line in lines]
@@ -136,7 +136,7 @@ class ExpectLineFollows(Windowed):
         return mistake(rests, self.when)
 
     def _other(self, run: RunView, at_ps: int) -> float:
-        """Return the other inclination, 0 for other quantities."""
+        """Return roll for pitch, pitch for roll, and 0 for other quantities."""
         other = {"pitch": "roll", "roll": "pitch"}.get(self.when.quantity or "")
         return run.samples[other][at_ps // SAMPLE_STEP_PS] if other is not None else 0.0
 

@@ -1,8 +1,8 @@
-"""Formats that find a number in a line: a name of the slides, a ``printf`` format string, or a
+"""Formats that find a number in a line: by a name of the slides, a ``printf`` format string, or a
 regular expression with a group ``number``.
 
-Decision: a format string is exact for a whole line: "%.2f" means two decimals. Lines that may vary
-need a pattern.
+Decision: a format string must match a whole line exactly. "%.2f" means two decimals. Lines that may
+vary need a pattern.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class NumberFormat(Protocol):
     """Print format of one number."""
 
     text: str
-    """The format in findings."""
+    """The text of the format in findings."""
 
     def is_begun_by(self, line: str) -> bool: ...
 
@@ -32,7 +32,7 @@ class NumberFormat(Protocol):
         ...
 
     def number(self, line: str) -> float | None:
-        """Return the number, None in another format. Raises TimeoutError."""
+        """Return the number, or None if the line has another format. Raises TimeoutError."""
         ...
 
 
@@ -65,11 +65,11 @@ _NUMBERS = "diufFeEgGx"
 _KINDS = f"{_NUMBERS}Xsc%"
 _BLANKS = " \r\n\t"
 _LONGEST_MEANT = 200
-_MOST_DIGITS = 2  # of a width
+_MOST_DIGITS = 2  # in a width
 
 
 class PrintfFormat:
-    """A ``printf`` format string and the number's index, from 1. Raises ValueError."""
+    """A ``printf`` format string and the index of the number, counted from 1. Raises ValueError."""
 
     def __init__(self, text: str, number: int = 1, patience: TimeBudget | None = None) -> None:
         bare = text.strip(_BLANKS)
@@ -90,12 +90,12 @@ class PrintfFormat:
             count = f"{self._numbers} number{'s' * (self._numbers != 1)}"
             raise ValueError(f"is {shown(text)}, which prints {count}; number {number} is not among them")
         self._line = TextPattern(rf"\A{pattern}{re.escape(bare[place:])}\Z")
-        word = re.search(r"[^\W\d_]{3}", self._label)  # to recognise another form
+        word = re.search(r"[^\W\d_]{3}", self._label)  # to recognise the number in another form
         meant = rf"\b{word[0]}\w*[^\w\n][^\n]*?\d" if word else ""
         self._meant = re.compile(meant, re.IGNORECASE) if meant else None
 
     def _conversion(self, match: re.Match[str]) -> str:
-        """Return a pattern for one conversion, with a group if wanted."""
+        """Return a pattern for one conversion. The wanted number becomes a group."""
         kind = match["kind"]
         if kind not in _KINDS:
             raise ValueError(
@@ -130,7 +130,7 @@ class PrintfFormat:
         return rf"(?:[0-9]+{decimals}{exponent}|inf|nan|INF|NAN)"
 
     def is_begun_by(self, line: str) -> bool:
-        """Compare the text before the first conversion."""
+        """Return whether the line begins with the text before the first conversion."""
         return line.startswith(self._label) if self._label else self.number(line) is not None
 
     def is_meant_by(self, line: str) -> bool:
@@ -146,7 +146,7 @@ class PrintfFormat:
 
 
 def printed_with_zeros(text: str) -> str:
-    """Return the output with numbers 0 and texts "x"."""
+    """Return the output of a format if all numbers are 0 and all texts are "x"."""
 
     def printed(match: re.Match[str]) -> str:
         kind = match["kind"]
@@ -173,7 +173,7 @@ class PatternFormat:
         return self.number(line) is not None
 
     def is_meant_by(self, line: str) -> bool:
-        """Return False: a pattern defines no similar lines."""
+        """Return False, because a pattern does not define similar lines."""
         del line
         return False
 
@@ -204,5 +204,5 @@ NumberPattern = Annotated[PatternText, AfterValidator(_has_a_number)]
 
 
 def shown_format(text: str) -> str:
-    """Return a format as messages show it."""
+    """Return a format in the form that messages have."""
     return f'"{visible(text.strip(_BLANKS))}"'

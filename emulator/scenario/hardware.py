@@ -24,7 +24,7 @@ from fcu_emulator.sensors import SENSORS
 
 
 class ExpectLed(Windowed):
-    """A LED is on, or off, throughout the window."""
+    """A LED is on, or is off, during the whole window."""
 
     ON_TERMINAL = False
 
@@ -36,7 +36,7 @@ class ExpectLed(Windowed):
         return f"{self.led} {self.state}{self.window_text()}"
 
     def evaluate(self, run: RunView) -> ExpectationResult:
-        """Check the pin's edges; the LED is dark until configured."""
+        """Check the edges of the pin. The LED is dark until its pin is configured."""
         wanted = self.state == "on"
         end_ps = run.end_ps if self.to is None else min(self.to, run.end_ps)
         for begin_ps, until_ps, lit in led_states(run, self.led):
@@ -48,18 +48,18 @@ class ExpectLed(Windowed):
 
 
 class _LedSample(NamedTuple):
-    """A moment when the LED must be lit if ``steep``, else dark."""
+    """A moment at which the LED must be lit if ``steep`` is True, and otherwise dark."""
 
     at_ps: int
     angle: float
     steep: bool
     lit: bool
     other_steep: bool
-    """Whether the other angle is beyond the threshold."""
+    """Whether the other of pitch and roll is beyond the threshold."""
     since_ps: int
     """The time at which the board reached this side of the threshold."""
     changed: tuple[int, float]
-    """Time and angle at which the LED changed since the previous sample; those of this sample if it did not change."""
+    """Time and angle of the LED's change since the previous sample, or of this sample without a change."""
 
     def at_change(self) -> _LedSample:
         return self._replace(at_ps=self.changed[0], angle=self.changed[1])
@@ -69,9 +69,9 @@ class ExpectLedFollows(Windowed):
     """A LED is lit if and only if the board is inclined by more than ``beyond_deg``, to either
     side.
 
-    ``angle``: pitch is the X axis' inclination, roll the Y axis' (the slides' formulas). The LED
-    may be in either state within ``margin_deg`` of the threshold, and for ``settle`` after crossing
-    it. ``when``: a condition instead of an angle.
+    ``angle``: pitch is the inclination of the X axis, roll is that of the Y axis (formulas of the
+    slides). The LED may be in either state within ``margin_deg`` of the threshold, and for the time
+    ``settle`` after crossing it. ``when``: a condition instead of an angle.
     """
 
     ON_TERMINAL = False
@@ -114,7 +114,7 @@ class ExpectLedFollows(Windowed):
         )
 
     def followed(self, run: RunView) -> Followed:
-        """Return lit periods of at least 1 ms, and the condition's periods."""
+        """Return periods of at least 1 ms in which the LED is lit, and the condition's periods."""
         states = ((begin, min(until, run.end_ps)) for begin, until, lit in led_states(run, self.led) if lit)
         lit = tuple((begin, until) for begin, until in states if until - begin >= PS_PER_MS)
         return Followed(self.led.upper(), self.condition.text(), self.condition.held(run), lit)
@@ -133,7 +133,7 @@ class ExpectLedFollows(Windowed):
         return self.failed("wrong value", text, final=True, mistake=finding)
 
     def _samples(self, run: RunView) -> Iterator[_LedSample]:
-        """Yield the window's samples outside the margin."""
+        """Yield the samples that are in the window and outside the margin."""
         condition = self.condition
         changes = list(led_states(run, self.led))
         begins = [begin for begin, _, _ in changes]
@@ -155,7 +155,7 @@ class ExpectLedFollows(Windowed):
             before_ps, before = at_ps, value
 
     def _growing(self, samples: Sequence[_LedSample]) -> Sequence[_LedSample]:
-        """Return the samples; ``lit`` and ``steep`` are inverted for ``below``."""
+        """Return the samples. For a condition ``below``, invert ``lit`` and ``steep``."""
         if self.condition.below is None:
             return samples
         return [one._replace(lit=not one.lit, steep=not one.steep) for one in samples]
@@ -193,23 +193,23 @@ class ExpectLedFollows(Windowed):
         return here + more.get(finding, "")
 
 
-_SLOW_PS = 1_300 * PS_PER_MS  # an update each second, and the time to print
+_SLOW_PS = 1_300 * PS_PER_MS  # an update each second, plus the time to print
 _STALE_PS = (
     2_400 * PS_PER_MS
 )  # one iteration of main()'s loop reads the sensor, and the next one switches the LED
 _PROMPT_PS = 300 * PS_PER_MS
-_RESTING_DEG = 0.01  # degrees in 10 ms; in motion the LED lags
+_RESTING_DEG = 0.01  # degrees in 10 ms; during faster motion the LED lags
 _MOSTLY = 0.8
 _FEWEST_CHANGES = 3
 
 
 class _OneSided(NamedTuple):
-    """A LED that follows the condition on one side only."""
+    """A LED that follows the condition on only one side of zero."""
 
     first: _LedSample
     """The first wrong sample on the other side."""
     late_ps: int
-    """Delay on the correct side, 0 if on time."""
+    """Delay on the correct side, or 0 without a delay."""
 
 
 def _finding(
@@ -239,7 +239,7 @@ def _wrong(samples: Sequence[_LedSample], settle_ps: int) -> list[_LedSample]:
 
 
 def _settled(samples: Sequence[_LedSample]) -> list[_LedSample]:
-    """Return samples at which a LED updated every second must be right."""
+    """Return samples at which the LED must be correct even if it is updated only every second."""
     return [one for one in samples if one.at_ps - one.since_ps >= _SLOW_PS]
 
 
@@ -248,19 +248,19 @@ def _latest_ps(wrong: Sequence[_LedSample]) -> int:
 
 
 def _is_late(samples: Sequence[_LedSample], wrong: Sequence[_LedSample]) -> bool:
-    """Return whether the LED lags as if main's loop updates it."""
+    """Return whether the LED lags as if the loop in main() updates it."""
     catches_up = all(one.lit is one.steep for one in _settled(samples)) and _catches_up(samples, wrong)
     return catches_up or _shows_the_past(samples)
 
 
 def _catches_up(samples: Sequence[_LedSample], wrong: Sequence[_LedSample]) -> bool:
-    """Return whether the LED was right before the board left each side."""
+    """Return whether the LED was correct each time before the board left a side."""
     last = {one.since_ps: one for one in samples}
     return all(last[one.since_ps].lit is one.steep for one in wrong)
 
 
 def _shows_the_past(samples: Sequence[_LedSample]) -> bool:
-    """Return whether the LED always shows a side of the last 2.4 s."""
+    """Return whether the LED always shows a side on which the board was in the last 2.4 s."""
     last_ps: dict[bool, int] = {}
     for one in samples:
         last_ps[one.steep] = one.at_ps
@@ -270,7 +270,7 @@ def _shows_the_past(samples: Sequence[_LedSample]) -> bool:
 
 
 def _threshold(samples: Sequence[_LedSample]) -> tuple[float, float] | None:
-    """Return the absolute angles between which the LED changes, or None if they may be right."""
+    """Return the absolute angles between which the LED changes, or None if they may be correct."""
     sure = [one for before, one in pairwise(samples) if _is_sure(before, one)]
     lit = min((one for one in sure if one.lit), key=lambda one: abs(one.angle), default=None)
     dark = max((one for one in sure if not one.lit), key=lambda one: abs(one.angle), default=None)
@@ -296,7 +296,7 @@ def _threshold_text(growing: Sequence[_LedSample], condition: Condition) -> str:
 
 
 def _follows_other(samples: Sequence[_LedSample]) -> bool:
-    """Return whether the LED follows mostly the other angle."""
+    """Return whether the LED mostly follows the other angle."""
     lit = [one for one in samples if one.lit]
     other = sum(one.other_steep for one in samples)
     return bool(other) and sum(one.other_steep for one in lit) >= _MOSTLY * max(len(lit), other)
@@ -361,7 +361,7 @@ class ExpectTicks(Expectation):
         return self
 
     def describe(self) -> str:
-        """Describe rate and limits; failures name only the unmet part."""
+        """Describe rate and limits. Failures name only the part that is not met."""
         rate = [] if self.rate_hz is None else [f"ticks at {self.rate_hz:g} Hz"]
         bounds = (
             ("at least", self.late_min, "late"),
@@ -401,7 +401,7 @@ class ExpectTicks(Expectation):
 
 
 class ExpectHardIron(Expectation):
-    """The final centre of MagCalibration equals the board's hard iron on each axis."""
+    """At the end, the centre in MagCalibration equals the board's hard iron on each axis."""
 
     kind: Literal["hard_iron"]
     within_mgauss: float = Field(ge=0)
@@ -434,7 +434,7 @@ def _vector(values: np.ndarray[Any, np.dtype[np.float64]]) -> str:
 
 @cache
 def _outputs() -> dict[str, tuple[str, int, str]]:
-    """Return (sensor, first byte's address, datasheet name) by output."""
+    """Return (sensor, address of the first byte, name in the datasheet) by output."""
     found = {}
     for name, part, first in (
         ("accelerometer", "LSM6DSL", "OUTX_L_XL"),
@@ -499,7 +499,7 @@ class ExpectReads(Expectation):
 
 
 def _reaches(transfer: BusTransfer, address: int) -> bool:
-    """Return whether a read includes ``address``; the sub-address's top bit is a flag."""
+    """Return whether a read includes ``address``. The top bit of the sub-address is a flag."""
     if not transfer.written or not transfer.read:
         return False
     first = transfer.written[0] & 0x7F

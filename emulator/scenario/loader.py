@@ -1,15 +1,15 @@
-"""Loading of scenarios: read the file, draw its numbers, report errors.
+"""Loading of scenarios: read the file, draw random numbers, report errors.
 
 Reading is bounded in bytes and time. Every number and duration in ``[world]``, ``[[timeline]]`` and
-``[[threshold]]`` can be a draw::
+``[[threshold]]`` can be drawn at random::
 
     pitch_deg = { uniform = [20, 70], random_sign = true }   # 20 to 70, or -70 to -20
     metres = { one_of = [3, 4.5] }
 
-Reading a scenario also tries the lowest and highest draws.
+When a scenario is read, the lowest and highest possible numbers are also tried.
 
 Decision: each drawn number is computed by SHA-512 from the seed, the scenario's name and the key
-path, so that later entries do not change it.
+path, so that entries that are added later do not change it.
 """
 
 from __future__ import annotations
@@ -48,11 +48,10 @@ from fcu_emulator.emulator.text import shown
 def load_scenario(
     name: str | os.PathLike[str], board: BoardDescription = FCU001V1, seed: int | None = None
 ) -> Scenario:
-    """Load a shipped scenario by name, or a file by path, which ends in ``.toml`` or has a
-    separator.
+    """Load a shipped scenario by name, or a file by path (with a separator, or ending in ``.toml``).
 
-    ``board``: defines valid names. ``seed``: replaces the file's. Raises ScenarioError with file
-    and key path.
+    ``board`` defines the valid names. ``seed`` replaces the seed in the file. Raises ScenarioError,
+    which names file and key path.
     """
     path = Path(name) if is_path(name) else _shipped(str(name))
     return scenario_of(read_toml(path, "a scenario file"), path, board, seed=seed)
@@ -65,9 +64,9 @@ def scenario_of(
     name: str | None = None,
     seed: int | None = None,
 ) -> Scenario:
-    """Create a scenario from a file's contents, as :func:`load_scenario`.
+    """Create a scenario from the contents of a file, as :func:`load_scenario` does.
 
-    ``name``: replaces the file's name.
+    ``name`` replaces the name of the file.
     """
     if "expect" in table:
         table = {**table, "expect": with_rules(table["expect"], str(path), "expect")}
@@ -75,7 +74,7 @@ def scenario_of(
         return _scenario(table, path, board, name)
     if seed is None:
         given = table.get("seed", 0)
-        seed = given if isinstance(given, int) else 0  # other types are refused below
+        seed = given if isinstance(given, int) else 0  # other types are refused later
     for pick in (_lowest, _highest):
         _drawn_scenario(table, pick, path, board, name)
     return _drawn_scenario(table, _by_seed(seed, name or path.stem), path, board, name)
@@ -103,7 +102,7 @@ def _drawn_scenario(
 
 
 def thresholds_at_ends(table: Mapping[str, Any], file: str) -> list[tuple[ThresholdTable, ThresholdTable]]:
-    """Return each threshold at both ends of its draws. Raises ScenarioError."""
+    """Return each threshold with the lowest and with the highest numbers. Raises ScenarioError."""
     low, high = (_thresholds(drawn(table, pick, file), file) for pick in (_lowest, _highest))
     return list(zip(low, high, strict=True))
 
@@ -119,7 +118,7 @@ def _thresholds(table: Mapping[str, Any], file: str) -> list[ThresholdTable]:
 
 
 def _refuse_disturbed(part: ThresholdSection, scenario: Scenario) -> None:
-    """Refuse other motions during rests at a threshold. Raises ScenarioError."""
+    """Refuse other motions during the section of a threshold. Raises ScenarioError."""
     for step in scenario.steps:
         if step.number in part.entries or not step.entry.moves & {"attitude", "altitude"}:
             continue
@@ -145,7 +144,7 @@ _SHOWN = 80  # characters of an unknown name
 
 
 def scenario_names() -> dict[str, str]:
-    """Return shipped scenarios' questions by name, sorted."""
+    """Return the questions of shipped scenarios by name, sorted."""
     names = {}
     for path in sorted(_folder().glob("*.toml")):
         names[path.stem] = str(_parse(path.read_bytes(), str(path))["question"])
@@ -177,12 +176,12 @@ def _shipped(name: str) -> Path:
 # -- Read the file ------------------------------------------------------------------------------------------
 
 
-_MOST_DOTS = 64  # per line; tomllib's time is cubic in a key's parts
+_MOST_DOTS = 64  # for each line; the time of tomllib is cubic in the number of a key's parts
 _MOST_LINES = 20_000
 
 
 def read_toml(path: Path, what: str) -> dict[str, Any]:
-    """Read a TOML file; ``what`` names it in errors. Raises ScenarioError."""
+    """Read a TOML file. ``what`` describes the file in errors. Raises ScenarioError."""
     file = str(path)
     try:
         data = read_bounded(path, file, what)
@@ -214,7 +213,7 @@ def _parse(data: bytes, file: str) -> dict[str, Any]:
         raise ScenarioError(file, "", f"must be valid TOML: {problem}", kind="invalid_toml") from error
 
 
-# -- Draw its numbers ---------------------------------------------------------------------------------------
+# -- Draw random numbers ------------------------------------------------------------------------------------
 
 
 _DRAWN_IN = ("world", "timeline", "threshold")
@@ -224,7 +223,7 @@ _DRAWN_DIGITS = 2  # decimals of a drawn number, so that it is easy to read
 _DRAW_RIGHT = "uniform = [min, max] with two numbers or two durations, or one_of = [...]"
 
 Pick: TypeAlias = Callable[[str, int], float]
-"""``pick(path, purpose)``: returns a position in a range, 0 to 1, for a key path."""
+"""Function ``pick(path, purpose)``, which returns a position in a range, 0 to 1, for a key path."""
 
 
 def _by_seed(seed: int, name: str) -> Pick:
@@ -246,7 +245,7 @@ def _has_draws(table: Mapping[str, Any]) -> bool:
 
 
 def drawn(table: Mapping[str, Any], pick: Pick, file: str) -> dict[str, Any]:
-    """Replace draws by numbers. Raises ScenarioError."""
+    """Replace each draw by a number. Raises ScenarioError."""
     changed = dict(table)
     for place in _DRAWN_IN:
         if place in table:
@@ -325,7 +324,7 @@ def _is_number(value: Any) -> bool:
 # -- Report errors: pydantic's errors as one line with a key path -------------------------------------------
 
 
-_TAGGED = {"timeline", "expect"}  # pydantic's path has index and tag
+_TAGGED = {"timeline", "expect"}  # for these tables, pydantic's path has an index and a tag
 
 _WANTED = {
     "float_type": "a number",
@@ -342,7 +341,7 @@ _WANTED = {
 
 
 def scenario_error(file: str, error: ValidationError) -> ScenarioError:
-    """Return the first problem and the number of others."""
+    """Return an error with the first problem and the number of other problems."""
     problems = error.errors(include_url=False)
     path, text = _explain(problems[0])
     more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
@@ -394,7 +393,7 @@ def _value_problem(kind: str, context: dict[str, Any], problem: Any) -> str:
 
 
 def _bound(context: Mapping[str, Any], key: str, word: str, other_key: str, other_word: str) -> str:
-    """Return a limit of pydantic in words."""
+    """Return a limit in an error of pydantic in words."""
     return f"{word} {context[key]:.15g}" if key in context else f"{other_word} {context[other_key]:.15g}"
 
 

@@ -1,7 +1,7 @@
 """Find the mistake in lines that must follow a condition, from the lines printed at rest.
 
-Decision: lines are evaluated at rests longer than their longest gap, LEDs at all moments, because a
-missing line shows only when it is due.
+Decision: lines are evaluated only at rests that are longer than ``max_gap``, LEDs at all moments,
+because a line can be missing only when it is due.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import NamedTuple
 from fcu_emulator.emulator.scenario.conditions import Condition, Stretch
 from fcu_emulator.emulator.scenario.run_view import SAMPLE_STEP_PS
 
-_RESTING = 1e-3  # change in 10 ms of a noiseless value
+_RESTING = 1e-3  # change of a true value in 10 ms
 
 
 class Rest(NamedTuple):
@@ -24,7 +24,7 @@ class Rest(NamedTuple):
     """The other inclination of the board."""
     holds: bool
     printed: bool | None
-    """Whether the line is printed: True all the time, False never, None part of the time."""
+    """Whether the line is printed: True if all the time, False if never, None if part of the time."""
 
 
 def resting(samples: Sequence[float], stretch: Stretch) -> Iterator[tuple[float, int, int]]:
@@ -48,7 +48,7 @@ def is_printed(lines_ps: Sequence[int], begin_ps: int, end_ps: int, max_gap_ps: 
 
 
 def mistake(rests: Sequence[Rest], condition: Condition) -> tuple[str, str]:
-    """Return the mistake's kind and message end; both "" if unknown."""
+    """Return the kind of the mistake and the end of the message, or "" for both if unknown."""
     wrong = [rest for rest in rests if rest.printed is not rest.holds]
     shown = [rest for rest in rests if rest.printed]
     silent = [rest for rest in rests if rest.printed is False]
@@ -74,7 +74,7 @@ def _follows_other(rests: Sequence[Rest], beyond: float) -> bool:
 
 
 def _is_one_sided(wrong: Sequence[Rest], shown: Sequence[Rest]) -> bool:
-    """Return whether the line is right at one end only."""
+    """Return whether lines are missing on one side only, and printed only on the other."""
     silent_sides = {rest.value > 0 for rest in wrong}
     shown_sides = {rest.value > 0 for rest in shown}
     return all(rest.holds for rest in wrong) and len(silent_sides) == 1 and not silent_sides & shown_sides

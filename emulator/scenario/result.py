@@ -2,7 +2,7 @@
 
 Decision: an expectation and a rubric's check
 (:class:`fcu_emulator.emulator.grading.verdict.CheckResult`) have different types of result, because
-a check sums up expectations and adds points and a hint.
+a check combines several expectations and adds points and a hint.
 """
 
 from __future__ import annotations
@@ -15,27 +15,27 @@ from typing import Any, Literal, TypeAlias
 from fcu_emulator.emulator.scenario.fields import Table
 
 Fault: TypeAlias = Literal["missing", "wrong value", "wrong format", "stopped"]
-"""Kind of failure. "stopped": not evaluated, because the run ended too soon or a search took too long."""
+"""Kind of failure. "stopped": not evaluated, because the run ended too early or a search took too long."""
 
 
 @dataclass(frozen=True)
 class ExpectationResult:
-    """Result of one expectation at a moment; ``key``: its place in the file (``expect[2]``)."""
+    """Result of one expectation at a moment. ``key``: its place in the file (``expect[2]``)."""
 
     expected: str
-    """The expectation, or the part of it that is not met."""
+    """The expectation, or only the part that is not met."""
     fault: Fault | None = None
     seen: str = ""
     diff: tuple[str, ...] = ()
     """Unified diff: "-" expected, "+" printed, " " context."""
     is_final: bool = False
-    """Whether later output cannot change the result, so that it is reported during the run."""
+    """Whether later output cannot change the result. Such failures are reported during the run."""
     mistake: str = ""
     """Kind of mistake, if known: for a LED "never lit", "one side", "late" and so on."""
     says: str = ""
     """The whole expectation in words."""
     source: str = ""
-    """The statement of the firmware that prints the line or switches the LED, with its place, if known."""
+    """Place of the firmware's statement that prints the line or switches the LED, if known."""
     key: str = ""
     kind: str = ""
 
@@ -47,7 +47,7 @@ class ExpectationResult:
 
     @property
     def reason(self) -> str:
-        """Return the mistake, else the fault; it selects the hint."""
+        """Return the mistake, or else the fault. This text selects the hint."""
         return self.mistake or self.fault or ""
 
     @property
@@ -57,7 +57,7 @@ class ExpectationResult:
 
     @property
     def lines(self) -> list[str]:
-        """Return the failure for people, if any."""
+        """Return the lines that describe a failure to the user."""
         head = [f"{self.fault}: {self.summary}"] if self.fault else []
         source = [f"    line: {self.source}"] if self.source else []
         return [*head, *(f"    {line}" for line in self.diff), *source]
@@ -68,7 +68,7 @@ class ExpectationResult:
 
     @property
     def miss(self) -> ExpectationResult:
-        """Return the finding itself, as in the previous release."""
+        """Return the finding itself, for programs that use the API of the previous release."""
         warnings.warn("finding.miss is now the finding; leave out .miss", DeprecationWarning, stacklevel=2)
         return self
 
@@ -80,7 +80,7 @@ class Expected(Table, ABC):
     """Schema and evaluation of an entry of ``expect``."""
 
     def watch(self, board: Any) -> Any:
-        """Start observing at power-on. The run view keeps the result."""
+        """Start to observe the board at power-on. The run view keeps the result."""
         del board
         return None
 
@@ -101,18 +101,18 @@ class Expected(Table, ABC):
         final: bool = False,
         mistake: str = "",
     ) -> ExpectationResult:
-        """Return a failure; ``expected``: the unmet part of the expectation."""
+        """Return a failure. ``expected``: the part of the expectation that is not met."""
         return ExpectationResult(expected or self.describe(), fault, seen, diff, final, mistake)
 
 
 @dataclass(frozen=True)
 class Result:
-    """One result for each expectation; ``reports`` are texts for people."""
+    """One result for each expectation. ``reports`` are texts for the user."""
 
     expectations: tuple[ExpectationResult, ...]
     reports: tuple[str, ...] = ()
     early_end: ExpectationResult | None = None
-    """Set if the run ended before its scenario."""
+    """A failure, if the run ended before the scenario's end."""
 
     @property
     def checks(self) -> int:
@@ -136,7 +136,7 @@ class Result:
 
     @property
     def failed_count(self) -> int:
-        """Number of failed expectations, without an early end."""
+        """Number of failed expectations. An early end is not counted."""
         return sum(one.fault not in (None, "stopped") for one in self.expectations)
 
     @property
@@ -145,6 +145,6 @@ class Result:
 
     @property
     def lines(self) -> list[str]:
-        """Return reports, findings and the count for people."""
+        """Return reports, findings and the count as text for the user."""
         found = [line for finding in self.findings for line in finding.lines]
         return [*self.reports, *found, f"{self.passed_count} of {self.checks} expectations met"]

@@ -1,13 +1,13 @@
-"""Rules of the lab for scenarios, rubrics and the page::
+"""Rules of the lab for scenarios, rubrics and the web page::
 
     [[expect]]
     rule = "Yaw"
     from = "12.1s"
 
-Further keys are added to the rule's table in ``scenarios/rules/lab3.toml``.
+Further keys of the entry are added to the table of the rule, from ``scenarios/rules/lab3.toml``.
 
 Decision: a rule is a table that replaces the entry when a file is read, so that the lab's numbers
-are not hidden in code.
+are in a file and not hidden in code.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """The scenario's view of a board and its printed lines.
 
-A line that only begins like a format is malformed. The truth is the output of perfect sensors,
+A line is malformed if only its beginning fits a format. The truth is the output of perfect sensors,
 firmware and formulas, with yaw from magnetic north.
 
-Decision: a scenario knows a board only as a protocol, because the board loads the scenario.
+Decision: a scenario knows a board only as a ``Protocol``, because the board itself loads the scenario.
 
 Decision: blanks and carriage returns around a line are ignored, because terminals do not show them.
 
@@ -35,7 +35,7 @@ from fcu_emulator.emulator.world.track import Array
 
 
 class TerminalView(SerialEnd, Protocol):
-    """The serial line's end, with all received text."""
+    """The terminal's end of the serial line, with all received text."""
 
     uart: Uart
 
@@ -75,7 +75,7 @@ class BoardView(RunnableBoard, Protocol):
 # -- The formats of lines -----------------------------------------------------------------------------------
 
 
-_LONGEST_MEANT = 200  # characters searched for a field's name
+_LONGEST_MEANT = 200  # characters of a line in which a field's name is searched
 _CONVERSIONS = {"%d": r"(-?\d+)", "%f": r"(-?(?:\d+\.\d{6}|inf|nan))"}
 ANGLES = frozenset({"Pitch", "Roll", "Yaw"})
 
@@ -90,7 +90,7 @@ _FORMATS: tuple[tuple[str, tuple[str, ...]], ...] = (
 
 
 class LineFormat:
-    """Format string, beginning and fields of a line."""
+    """Format of a line: format string, label and fields."""
 
     def __init__(self, text: str, fields: tuple[str, ...]) -> None:
         self.text = text
@@ -120,12 +120,12 @@ _BANNER = re.compile(r"STEVAL-FCU001V1 FW(?= rev\.)")
 
 
 def same_banner(text: str) -> str:
-    """Replace ST's "FW" banner by the slides' equivalent "FH"."""
+    """Replace "FW" in ST's banner by "FH", which the slides have."""
     return _BANNER.sub("STEVAL-FCU001V1 FH", text)
 
 
 def escaped(text: str) -> str:
-    """Return a line with escapes, also for backslashes."""
+    """Return a line with escapes for control characters, backslashes and non-ASCII characters."""
     return text.encode("unicode_escape").decode("ascii")
 
 
@@ -133,7 +133,7 @@ def escaped(text: str) -> str:
 
 
 _Law: TypeAlias = Callable[[World, Array], Array]
-MOVING_G = "moving"  # never printed; shows whether the accelerometer measures tilt
+MOVING_G = "moving"  # not a printed field; shows whether the accelerometer measures tilt
 
 
 def _compass(column: int) -> _Law:
@@ -172,7 +172,7 @@ QUANTITIES: dict[str, _Law] = {
     "pitch": _inclination(0),
     "roll": _inclination(1),
 }
-"""Quantities of printed numbers and conditions by name; ``pitch`` and ``roll`` are the X and Y axes' inclinations."""
+"""Quantities by name, for numbers and conditions. ``pitch``, ``roll``: inclinations of the X and Y axes."""
 
 
 class TiltSample(NamedTuple):
@@ -187,7 +187,7 @@ TILT_STEP_PS = SAMPLE_STEP_PS = 10 * PS_PER_MS
 
 
 def tilts_of(world: World, at_ps: Sequence[int]) -> list[TiltSample]:
-    """Return the inclination at moments that the world remembers."""
+    """Return the inclination at moments that the world still remembers."""
     if not at_ps:
         return []
     pitch, roll = lab_angles(world.specific_force_g(np.array(at_ps) / PS_PER_S))
@@ -195,7 +195,7 @@ def tilts_of(world: World, at_ps: Sequence[int]) -> list[TiltSample]:
 
 
 def lab_angles(force: Array, mu: float = 1.0) -> tuple[Array, Array]:
-    """Return pitch and roll in degrees for forces (N, 3); ``mu`` weighs X in the roll."""
+    """Return pitch and roll in degrees for forces (N, 3). ``mu`` is the weight of X in the roll."""
     x, y, z = force.T
     pitch = np.degrees(np.arctan2(-x, np.hypot(y, z)))
     roll = np.degrees(np.arctan2(y, np.sqrt(mu * x * x + z * z)))
@@ -203,18 +203,18 @@ def lab_angles(force: Array, mu: float = 1.0) -> tuple[Array, Array]:
 
 
 def deviation(field: str, printed: float, wanted: float) -> float:
-    """Return ``printed`` minus ``wanted``; angles within +-180 degrees."""
+    """Return ``printed`` minus ``wanted``. A difference of angles is within +-180 degrees."""
     difference = printed - wanted
     return (difference + 180.0) % 360.0 - 180.0 if field in ANGLES else difference
 
 
 def nearest_truth(settle_ps: int) -> str:
-    """Describe the reference of :meth:`PrintedLine.error`."""
+    """Describe the truth with which :meth:`PrintedLine.error` compares."""
     return f"the truth of the last {settle_ps / PS_PER_MS:g} ms"
 
 
 def unit_of(field: str) -> str:
-    """Return a field's unit; the lab calls mgauss mg."""
+    """Return the unit of a field. The lab's lines write mg for mgauss."""
     return "mgauss" if field.startswith("MAG") else FORMAT_OF_FIELD[field].text.split()[-1]
 
 
@@ -222,13 +222,13 @@ def unit_of(field: str) -> str:
 
 
 _COLLECT_PS = Fraction(PS_PER_S)
-_TRUTH_STEPS = 21  # instants in a settling time
+_TRUTH_STEPS = 21  # number of instants in a settling time
 MAX_SETTLE_PS = PS_PER_S  # the world remembers 5 s
 
 
 @dataclass(frozen=True)
 class PrintedLine:
-    """A stripped line, and the whole millisecond when its printing began."""
+    """A line without surrounding blanks, and the whole millisecond in which its printing began."""
 
     number: int  # counted from 1
     text: str
@@ -237,7 +237,7 @@ class PrintedLine:
     """By field: instants (N,) in s up to printing, and true values (N,)."""
 
     def error(self, name: str, printed: float, settle_ps: int) -> float:
-        """Return the smallest deviation from the truth of ``settle_ps``."""
+        """Return the smallest deviation from the truth in the last ``settle_ps``."""
         t_s, values = self.truth[name]
         recent = values[t_s >= t_s[-1] - settle_ps / PS_PER_S - 1e-9]
         return min((deviation(name, printed, float(value)) for value in recent), key=abs)
@@ -252,7 +252,7 @@ class Wanted(NamedTuple):
 
 
 class Recorder:
-    """Recorder of a board until ``until_ps``.
+    """Recorder of a board's lines and true values until ``until_ps``.
 
     ``wanted``: quantities recorded with lines. ``tilts``: record the inclination. ``sampled``:
     quantities recorded every ``SAMPLE_STEP_PS``.
@@ -290,7 +290,7 @@ class Recorder:
         return self._tilts or ()
 
     def samples(self) -> Mapping[str, Sequence[float]]:
-        """Return quantities in steps of ``SAMPLE_STEP_PS``."""
+        """Return true quantities in steps of ``SAMPLE_STEP_PS``."""
         if not self._stopped:
             self._collect()
         return self._samples
@@ -339,7 +339,7 @@ class Recorder:
         return truth
 
 
-# -- Printed numbers against the truth, for people ----------------------------------------------------------
+# -- Printed numbers compared with the truth ----------------------------------------------------------------
 
 
 _MOST_ROWS = 12
@@ -347,10 +347,10 @@ _STILL_G = 0.05
 
 
 def against_truth(field: str, lines: Sequence[PrintedLine], settle_ps: int, window: str = "") -> list[str]:
-    """Return a table of prints, truth and error, and a summary; ``window`` is for the title.
+    """Return a table of prints, truth and error, and a summary. ``window`` is a part of the title.
 
     Decision: the table has the error at the moment of printing, which shows the age of the number.
-    An extra line follows if the nearest truth has another largest error.
+    If the largest error from the nearest truth differs, an extra line shows it.
     """
     rows, judged = [], []
     for line in lines:
@@ -380,15 +380,15 @@ def against_truth(field: str, lines: Sequence[PrintedLine], settle_ps: int, wind
 
 
 def _largest(errors: Iterable[float]) -> float:
-    """Return the error farthest from 0, else NaN."""
+    """Return the error that is farthest from 0, or NaN without a finite error."""
     return max(filter(math.isfinite, errors), key=abs, default=math.nan)
 
 
 def _flag(field: str, line: PrintedLine) -> str:
     """Return a note for an angle printed while the board accelerated.
 
-    The slides' check of the modulus hides sideways acceleration: 0.36 g turns the vertical by 20
-    degrees but gives 1.06 g.
+    The slides' check of the modulus does not detect sideways acceleration: 0.36 g turns the
+    vertical by 20 degrees, but the modulus is 1.06 g.
     """
     if field not in ANGLES:
         return ""
@@ -397,7 +397,7 @@ def _flag(field: str, line: PrintedLine) -> str:
 
 
 def _chosen(count: int, worst: int) -> list[int]:
-    """Return a dozen rows: first, last, ``worst``, and evenly spaced ones."""
+    """Return a dozen rows: the first, the last, ``worst``, and evenly spaced rows."""
     if count <= _MOST_ROWS:
         return list(range(count))
     chosen = [index * (count - 1) // (_MOST_ROWS - 1) for index in range(_MOST_ROWS)]

@@ -1,10 +1,10 @@
-"""Scenarios that any number of boards can play, and their runs.
+"""Scenarios, which any number of boards can play, and their runs.
 
-Motions are planned when the board is created. From the first jump (``set_...``) on, every step is
-performed at its time, because a jump drops the plans for its quantity.
+Motions are planned when the board is created. After the first jump (``set_...``), every step is
+performed at its time, because a jump deletes the plans for its quantity.
 
-Limits are checked between slices of virtual time. Virtual time does not pass in Python firmware
-without HAL calls.
+Limits are checked between slices of virtual time. In Python firmware, virtual time passes only in
+HAL calls.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ CreateWorld = Callable[[Clock], World]
 
 @dataclass(frozen=True)
 class TimelineStep:
-    """Entry ``number`` of the file, active from ``at_ps`` to ``end_ps``."""
+    """Timeline entry ``number`` of the file, active from ``at_ps`` to ``end_ps``."""
 
     number: int
     entry: TimelineAction
@@ -59,7 +59,7 @@ class TimelineStep:
 
 
 def steps_of(entries: Sequence[TimelineAction], duration_ps: int, file: str) -> list[TimelineStep]:
-    """Return steps in order of time. Raises ScenarioError for a late step or simultaneous motions."""
+    """Return steps in order of time. Raises ScenarioError for late or overlapping steps."""
     steps = []
     end_ps = 0
     for number, entry in enumerate(entries):
@@ -92,7 +92,7 @@ def _refuse_overlaps(steps: Sequence[TimelineStep], file: str) -> None:
 
 
 def rehearse(steps: Sequence[TimelineStep], create_world: CreateWorld, file: str) -> None:
-    """Perform all steps on another world. Raises ScenarioError."""
+    """Perform all steps on another world, to find errors. Raises ScenarioError."""
     clock = Clock()
     world = create_world(clock)
     for step in steps:
@@ -126,7 +126,7 @@ class Scenario:
         self.seed = contents.seed
         self.firmware = contents.firmware
         self.powered_on_ps = None if contents.uptime is None else -contents.uptime
-        """Time of power-on; None: long before the run."""
+        """Time of power-on. None means long before the run."""
         self.duration_ps = contents.duration
         self.i2c_speed_hz = contents.bus.speed
         self.crystal_hz = contents.crystal
@@ -134,10 +134,10 @@ class Scenario:
         self.expectations: list[AnyExpectation] = contents.expect
         self.reports: list[ReportTable] = contents.report
         self.table = table or {}
-        """The file's table with values drawn."""
+        """The table of the file, with drawn values."""
         self.contents = contents
         self.ahead = True
-        """Whether motions are planned in advance; False on a live board, where a user's motion would drop plans."""
+        """Whether motions are planned ahead. False on a live board, because a user's motion deletes plans."""
         self._recorders: WeakKeyDictionary[TerminalView, Recorder] = WeakKeyDictionary()
         self._watched: WeakKeyDictionary[TerminalView, dict[int, Any]] = WeakKeyDictionary()
         if self.duration_ps > self.limits.duration:
@@ -159,11 +159,11 @@ class Scenario:
         return self.contents.sensors.settings()
 
     def board_errors(self, quality: Quality, seed: int) -> BoardErrors:
-        """Return the file's deviations, completed by drawn ones."""
+        """Return the deviations of the file, and drawn deviations for those that it lacks."""
         return replace(BoardErrors.of_quality(quality, seed), **self.contents.board)
 
     def create_world(self, clock: Clock, own: BoardErrors | None = None) -> World:
-        """Create the world at power-on; ``own``: deviations not in the file."""
+        """Create the world at power-on. ``own``: deviations of the board that are not in the file."""
         table = self.contents.world
         own = own or BoardErrors()
         try:
@@ -183,14 +183,14 @@ class Scenario:
                 world.set_temperature(table.temperature_degc)
             if table.humidity_percent is not None:
                 world.set_humidity(table.humidity_percent)
-            if table.pressure_hpa is not None:  # needs the temperature, which sets the density
+            if table.pressure_hpa is not None:  # depends on the temperature, which sets the density
                 world.set_pressure(table.pressure_hpa)
         except InputError as error:
             raise ScenarioError(self.file, "world", str(error), kind=error.kind) from error
         return world
 
     def play(self, board: BoardView) -> None:
-        """Schedule the timeline and record the board, at power-on."""
+        """At power-on, schedule the timeline and start to record the board."""
         tilts = any(isinstance(one, ExpectLedFollows) for one in self.expectations)
         recorder = Recorder(board, self.duration_ps, self._truth_wanted(), tilts, self._sampled())
         self._recorders[board.terminal] = recorder
@@ -205,7 +205,7 @@ class Scenario:
                 board.clock.schedule(step.at_ps, partial(step.entry.act, board, step.at_ps))
 
     def exceeded(self, board: BoardView, wall_s: float) -> str:
-        """Return the limit exceeded after ``wall_s`` of wall time, or ""."""
+        """Return the limit that is exceeded after ``wall_s`` of wall time, or ""."""
         if board.terminal.uart.received_count() > self.limits.terminal_bytes:
             return f"{self.limits.terminal_bytes} bytes of text, limits.terminal_bytes"
         if wall_s > self.limits.wall / PS_PER_S:
@@ -215,8 +215,8 @@ class Scenario:
     def check(self, board: BoardView, limit: str = "") -> Result:
         """Evaluate all expectations and reports now.
 
-        Before the run's end the result has ``early_end``, with the reason ``limit``. Raises
-        InputError for another scenario's board.
+        Before the end of the scenario, the result has an ``early_end``, which names ``limit`` as
+        the reason. Raises InputError if the board plays another scenario.
         """
         run = self.run_view(board)
         early_end = None
@@ -234,7 +234,7 @@ class Scenario:
         return Result(self._results(run, self.is_over(board)), tuple(reports), early_end)
 
     def run_view(self, board: BoardView) -> RunView:
-        """Return a board's run view. Raises InputError for another scenario's board."""
+        """Return the run view of a board. Raises InputError if the board plays another scenario."""
         recorder = self._recorders.get(board.terminal)
         if recorder is None:
             raise InputError(f"this board must play the scenario {self.name}", kind="other_scenario")
@@ -255,7 +255,7 @@ class Scenario:
         return Scenario(self.contents.model_copy(update=changed), self.path, self.name, self.table)
 
     def results(self, board: BoardView) -> tuple[ExpectationResult, ...]:
-        """Return all current results. Raises InputError for another scenario's board."""
+        """Return all current results. Raises InputError if the board plays another scenario."""
         return self._results(self.run_view(board), self.is_over(board))
 
     def _results(self, run: RunView, over: bool) -> tuple[ExpectationResult, ...]:
@@ -275,9 +275,9 @@ class Scenario:
         return board.clock.now_ps >= self.duration_ps
 
     def standing(self, board: BoardView) -> list[str]:
-        """Return the result for people; before the end, final failures and a count.
+        """Return the result as text. Before the end, return final failures and a count.
 
-        Raises InputError for another scenario's board.
+        Raises InputError if the board plays another scenario.
         """
         if self.is_over(board):
             return self.check(board).lines
@@ -288,7 +288,7 @@ class Scenario:
         return [*(line for one in results if one.state == "failed" for line in one.lines), count]
 
     def _refuse_windows_after_the_end(self) -> None:
-        """Refuse windows after the end, which would always pass."""
+        """Refuse windows after the end, because their expectations would always pass."""
         tables = [
             *((f"expect[{number}]", one) for number, one in enumerate(self.expectations)),
             *((f"report[{number}]", one) for number, one in enumerate(self.reports)),
@@ -312,11 +312,11 @@ class Scenario:
         found = [one.condition for one in self.expectations if isinstance(one, ExpectLedFollows)]
         found += [one.when for one in self.expectations if isinstance(one, ExpectLineFollows)]
         names = [one.quantity for one in found if one.quantity is not None]
-        both = ["pitch", "roll"] if {"pitch", "roll"} & {*names} else []  # findings name the other angle
+        both = ["pitch", "roll"] if {"pitch", "roll"} & {*names} else []  # findings also need the other angle
         return list(dict.fromkeys([*names, *both]))
 
     def _magnetic_field(self) -> tuple[float, float, float] | None:
-        """Return the field, NED in uT; None for the default."""
+        """Return the field (north, east, down) in uT, or None for the default."""
         table = self.contents.world
         if table.field is not None:
             return table.field.north_ut, table.field.east_ut, table.field.down_ut
@@ -331,7 +331,7 @@ class Scenario:
 
 
 def _may_be(number: NumberFormat, line: str) -> bool:
-    """Return whether a line may have the number; True after a timeout."""
+    """Return whether a line may have the number. Return True after a timeout."""
     try:
         return number.is_begun_by(line)
     except TimeoutError:
@@ -342,16 +342,16 @@ def _may_be(number: NumberFormat, line: str) -> bool:
 
 
 class ScenarioBoard(BoardView, Protocol):
-    """A board that knows its scenario."""
+    """A board that has a scenario."""
 
     @property
     def scenario(self) -> Scenario | None: ...
 
 
 def run(board: ScenarioBoard, wall_clock_s: Callable[[], float] = time.monotonic) -> Result:
-    """Run a board to its scenario's end or a limit, and evaluate it.
+    """Run a board to the end of its scenario or to a limit, and evaluate the run.
 
-    Raises FirmwareError if the firmware fails, InputError without a scenario.
+    Raises FirmwareError if the firmware fails, and InputError if the board has no scenario.
     """
     plan = _scenario(board)
     runner = Runner(board, [], plan.duration_ps, None, partial(plan.exceeded, board), wall_clock_s)
@@ -360,7 +360,7 @@ def run(board: ScenarioBoard, wall_clock_s: Callable[[], float] = time.monotonic
 
 
 def check(board: ScenarioBoard) -> list[ExpectationResult]:
-    """Return the failed expectations as of now."""
+    """Return the expectations that are failed at present."""
     return list(_scenario(board).check(board).findings)
 
 

@@ -1,7 +1,7 @@
 """Schema of scenario files, version 1.
 
-Decision: scenarios are TOML, because the standard library reads it, and it has comments and no
-implicit typing. Pydantic gives key paths in errors, and the JSON schema.
+Decision: scenarios are TOML files, because the standard library reads TOML, and TOML has comments
+and no implicit typing. Pydantic gives key paths in errors, and the JSON schema.
 """
 
 from __future__ import annotations
@@ -65,10 +65,10 @@ from fcu_emulator.emulator.text import shown
 from fcu_emulator.emulator.world import limits
 from fcu_emulator.sensors.errors import Figure, PartErrors, Quality
 
-# -- Tables about the board at power-on: firmware, bus, world, sensors; and the run's limits ----------------
+# -- Tables about the board at power-on: firmware, bus, world, sensors; limits of the run -------------------
 
 
-LARGEST_FIGURE = 1e6  # beyond every full scale, without overflow
+LARGEST_FIGURE = 1e6  # larger than every full scale, but too small for an overflow
 LONGEST_RUN_PS = 24 * 3600 * PS_PER_S
 
 Row = Annotated[tuple[float, float, float], Strict(False)]
@@ -76,7 +76,7 @@ Matrix = Annotated[tuple[Row, Row, Row], Strict(False)]
 
 
 class Figures:
-    """Marker for a table generated from a sensor's declared figures."""
+    """Marker for a table that is generated from the declared figures of a sensor."""
 
     def __init__(self, errors: type[PartErrors]) -> None:
         ideal = errors()
@@ -108,7 +108,7 @@ def _number(figure: Figure) -> Any:
 
 
 class FirmwareTable(Table):
-    """[firmware_settings]: options of the firmware model. Only given keys are passed."""
+    """[firmware_settings]: options of the firmware model. Only keys in the file are passed to the model."""
 
     mu: float = Field(1.0, ge=0.01, le=1)
     led1_axis: Literal["pitch", "roll"] = "pitch"
@@ -127,7 +127,7 @@ class BusTable(Table):
 class PlaceTable(Table):
     """Place and date on Earth, for the field by the World Magnetic Model 2025.
 
-    ``altitude_m``: the floor's height above the sea; default: sea level for the field.
+    ``altitude_m``: height of the floor above the sea. Without it, the field is that at sea level.
     """
 
     latitude_deg: Annotated[float, within(limits.LATITUDE)]
@@ -141,7 +141,7 @@ MOST_STEEL = 16  # in a room
 
 
 class SteelTable(Table):
-    """[[world.steel]]: a sphere of steel in the room; ``moment_am2``: permanent moment, NED."""
+    """[[world.steel]]: a sphere of steel. ``moment_am2``: permanent moment (north, east, down)."""
 
     north_m: Annotated[float, within(limits.PLACE)] = 0.0
     east_m: Annotated[float, within(limits.PLACE)] = 0.0
@@ -151,9 +151,9 @@ class SteelTable(Table):
 
 
 class WorldTable(Table):
-    """[world]: the state at power-on; default: Zurich, flat, 25 degC.
+    """[world]: the state at power-on. The default is Zurich, flat, 25 degC.
 
-    Missing iron values are drawn by the sensors' quality; an ideal board has none.
+    Missing iron values are drawn by the sensors' quality. An ideal board has no iron.
     """
 
     roll_deg: Annotated[float, within(limits.ANGLE)] = 0.0
@@ -180,9 +180,9 @@ class WorldTable(Table):
 
 
 class SensorsTable(Table):
-    """[sensors]: the quality sets all figures, the sensors' tables replace single ones.
+    """[sensors]: the quality sets all figures. The tables of sensors replace single figures.
 
-    :func:`sensors_table` adds the board's keys.
+    :func:`sensors_table` adds the keys of the board.
     """
 
     RENAMED: ClassVar[Mapping[str, str]] = {"grade": "quality"}
@@ -210,10 +210,10 @@ def sensors_table(board: BoardDescription) -> type[SensorsTable]:
 
 
 class LimitsTable(Table):
-    """[limits]: resource limits of a run, which ends beyond one.
+    """[limits]: resource limits. A run ends when it exceeds a limit.
 
-    ``duration`` is virtual time, checked on loading; ``wall`` is checked every 0.1 s of virtual
-    time.
+    ``duration`` is virtual time and is checked when the file is loaded. ``wall`` is checked every
+    0.1 s of virtual time.
     """
 
     duration: Length = 600 * PS_PER_S
@@ -230,7 +230,7 @@ class LimitsTable(Table):
 # -- The file -----------------------------------------------------------------------------------------------
 
 
-MOST_ENTRIES = 10_000  # five minutes of mouse motion
+MOST_ENTRIES = 10_000  # enough for five minutes of mouse motion
 MOST_EXPECTATIONS = 1_000
 
 Kinds = (
@@ -268,7 +268,7 @@ class ScenarioFile(Table):
     schema_: Literal[1] = Field(alias="schema")
     question: str = Field(
         min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f-\x9f]+$"
-    )  # for the list of scenarios
+    )  # shown in the list of scenarios
     firmware: str = ""
     seed: int = Field(0, ge=0, lt=2**63)
     uptime: Duration | None = None
@@ -289,7 +289,7 @@ class ScenarioFile(Table):
 
 @cache
 def scenario_file(board: BoardDescription) -> type[ScenarioFile]:
-    """Return a scenario file's class with the board's firmware, sensors and mountings."""
+    """Return a class of scenario files with the board's firmware, sensors and mountings."""
 
     def known(name: str) -> str:
         if name not in board.firmware:
@@ -344,7 +344,7 @@ _DRAW = {
 
 
 def may_be_rule(table: dict[str, Any]) -> None:
-    """Let entries of ``expect`` name a rule."""
+    """Allow entries of ``expect`` that name a rule."""
     rule = {
         "description": "A rule of the lab, by name; other keys add to it or replace its own.",
         "type": "object",
@@ -367,7 +367,7 @@ def _may_be_drawn(schema: Any) -> Any:
 
 
 def as_written(schema: Any, board: BoardDescription) -> Any:
-    """Return the schema with the board's names and with defaults in file notation."""
+    """Return the schema with the names of the board, and with defaults in the notation of files."""
     if isinstance(schema, list):
         return [as_written(entry, board) for entry in schema]
     if not isinstance(schema, dict):

@@ -10,14 +10,14 @@ from fcu_emulator.emulator.scenario.result import Fault
 from fcu_emulator.emulator.scenario.run_view import escaped
 
 _CONTEXT = 3
-_SHOWN = 6  # lines after the first difference
-_CANDIDATES = 500  # distinct lines
+_SHOWN = 6  # lines shown from the first difference on
+_CANDIDATES = 500  # distinct lines that are compared
 _LONGEST = 300  # characters compared
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 
 
 def first_difference(expected: Sequence[str], printed: Sequence[str]) -> int:
-    """Return the first different line's index."""
+    """Return the index of the first different line."""
     common = min(len(expected), len(printed))
     return next((index for index in range(common) if expected[index] != printed[index]), common)
 
@@ -32,7 +32,7 @@ def difference(expected: Sequence[str], printed: Sequence[str]) -> tuple[str, ..
 
 
 def nearest(wanted: str, lines: Sequence[str]) -> str | None:
-    """Return the most similar line, preferably with other numbers only, or None."""
+    """Return the most similar line, or None. Lines that differ only in numbers have precedence."""
     distinct = list(dict.fromkeys(line[:_LONGEST] for line in lines if line))[:_CANDIDATES]
     same_form = [line for line in distinct if _form(line) == _form(wanted)]
     folded = {line.casefold(): line for line in same_form or distinct}
@@ -41,7 +41,7 @@ def nearest(wanted: str, lines: Sequence[str]) -> str | None:
 
 
 def fault_between(wanted: str, found: str | None) -> Fault:
-    """Return the fault of ``found`` in place of ``wanted``."""
+    """Return the kind of failure if ``found`` is printed instead of ``wanted``."""
     if found is None:
         return "missing"
     return "wrong value" if _form(wanted) == _form(found) else "wrong format"
@@ -59,7 +59,7 @@ _MOST_DIFFERENCES = 3
 
 
 def format_difference(wanted: str, line: str) -> str:
-    """Describe a line's difference from a format, or ""."""
+    """Describe the difference between a line and a format, or return ""."""
     tokens, printed = _TOKEN.findall(wanted), _TOKEN.findall(line[:_LONGEST])
     found = dict.fromkeys(filter(None, map(_token_difference, tokens, printed)))
     if not found and len(tokens) == len(printed):

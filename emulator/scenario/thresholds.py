@@ -7,11 +7,11 @@
     value = 45
     margin = 1
 
-This table becomes rests at 44, 46, -44, -46 and 55 (ten margins beyond) degrees of roll, and at 46
-degrees of pitch, in a drawn order.
+This table becomes rests at 44, 46, -44, -46 and 55 degrees of roll (ten margins beyond 45), and at
+46 degrees of pitch, in random order.
 
 Decision: a threshold becomes entries of the timeline when a file is read. Random poses were
-rejected: they passed a threshold of 40 degrees for 45.
+rejected, because a program with the threshold 40 degrees instead of 45 passed.
 """
 
 from __future__ import annotations
@@ -31,10 +31,11 @@ _FAR = 10  # in margins
 
 
 class ThresholdTable(Table):
-    """One ``[[threshold]]``: quantity, threshold, and distance of the rests.
+    """One ``[[threshold]]``: quantity, threshold, and distance of the rests from the threshold.
 
-    ``both_sides``: whether minus the value is a threshold, too; default: for angles. ``at``: begin;
-    default: 2 s, or the previous threshold's end. Each motion takes ``turn``, each rest ``rest``.
+    ``both_sides``: whether minus ``value`` is a threshold, too (default: only for angles). ``at``:
+    begin (default: 2 s, or the end of the previous threshold). Each motion takes the time ``turn``,
+    each rest the time ``rest``.
     """
 
     quantity: Literal["pitch", "roll", "Altitude"]
@@ -72,23 +73,23 @@ class ThresholdTable(Table):
         return [(name, round(value, _DIGITS)) for name, value in poses]
 
     def _far(self) -> float:
-        """Return a value at which a missing threshold shows."""
+        """Return a value far beyond the threshold, which shows whether a threshold is missing."""
         far = self.value + _FAR * self.margin
         return min(far, (self.value + self.margin + _STEEPEST_DEG) / 2) if self.is_angle else far
 
 
-MOST_THRESHOLDS = 20  # per scenario
+MOST_THRESHOLDS = 20  # in a scenario
 _Tables = Annotated[list[ThresholdTable], Field(max_length=MOST_THRESHOLDS)]
 _TABLES: TypeAdapter[list[ThresholdTable]] = TypeAdapter(_Tables)
 
 
 def parse_thresholds(value: Any) -> list[ThresholdTable]:
-    """Return a file's tables. Raises pydantic's ValidationError."""
+    """Return the threshold tables of a file. Raises pydantic's ValidationError."""
     return _TABLES.validate_python(value)
 
 
 class ThresholdSection(NamedTuple):
-    """The part of a run for threshold ``number``, with its entries."""
+    """The part of a run for threshold ``number``, with its timeline entries."""
 
     number: int
     begin_ps: int
@@ -102,9 +103,10 @@ def put_in_place(
     pick: Callable[[str, int], float],
     file: str,
 ) -> tuple[dict[str, Any], list[ThresholdSection]]:
-    """Return the table with the thresholds' motions, and their parts of the run.
+    """Return the table with motions instead of thresholds, and the part of the run for each threshold.
 
-    ``pick`` draws the order. Default ``duration``: to the last rest's end. Raises ScenarioError.
+    The function ``pick`` draws the order. By default, ``duration`` ends with the last rest. Raises
+    ScenarioError.
     """
     timeline = table.get("timeline", [])
     others = [entry for entry in timeline if isinstance(entry, dict)] if isinstance(timeline, list) else []
@@ -140,7 +142,7 @@ def _lift(metres: float) -> dict[str, Any]:
 
 
 def _turn(angle: str, value: float, table: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a motion with the other angle at 0."""
+    """Return a motion to an angle, with the other angle at 0."""
     world = table.get("world")
     yaw_deg = world.get("yaw_deg", 0.0) if isinstance(world, dict) else 0.0
     return {"do": "rotate_to", f"{angle}_deg": value, "yaw_deg": yaw_deg}
@@ -153,7 +155,7 @@ def _lasting(table: Mapping[str, Any], end_ps: int, last: int, file: str) -> dic
     try:
         duration_ps = parse_duration(kept["duration"])
     except ValueError:
-        return kept  # the schema refuses this duration
+        return kept  # the schema will refuse this duration
     if duration_ps < end_ps:
         problem = f"must end before the scenario's end at {seconds(duration_ps)}, not at {seconds(end_ps)}"
         hint = "give a longer duration, or omit it"

@@ -45,7 +45,7 @@ class TimelineAction(Table):
     """One entry ``[[timeline]]`` of a scenario."""
 
     LIVE: ClassVar[bool] = False
-    """Whether the action must be performed at its time (a jump)."""
+    """Whether the action must be performed at its time and not planned (a jump)."""
 
     MOVES: ClassVar[frozenset[str]] = frozenset()
     """Quantities that every entry of this kind moves."""
@@ -54,7 +54,7 @@ class TimelineAction(Table):
     """Virtual time; by default the end of the previous entry."""
 
     interrupts: bool = False
-    """Whether the entry may cut short a motion."""
+    """Whether the entry may end another motion early."""
 
     @property
     def length_ps(self) -> int:
@@ -63,14 +63,14 @@ class TimelineAction(Table):
 
     @property
     def moves(self) -> frozenset[str]:
-        """Return the moved quantities; motions of one must not overlap."""
+        """Return the moved quantities. Motions of the same quantity must not overlap."""
         return self.MOVES
 
     def plan(self, world: World, start_s: float) -> None:
-        """Change the world from ``start_s`` on. Raises InputError."""
+        """Change the world from the time ``start_s`` on. Raises InputError."""
 
     def act(self, board: BoardView, from_ps: int) -> None:
-        """Perform the action outside the world."""
+        """Perform the part of the action that does not change the world."""
 
     def perform(self, board: BoardView, at_ps: int) -> None:
         """Perform the whole action now. Raises InputError."""
@@ -79,11 +79,11 @@ class TimelineAction(Table):
 
 
 DURATIONS = {"for_": "duration_s", "catch": "catch_s", "time_constant": "time_constant_s"}
-"""Keys of durations, and the world's arguments in seconds."""
+"""Keys of durations, with the names of the world's arguments in seconds."""
 
 
 class WorldAction(TimelineAction):
-    """A call of the world's method of the same name."""
+    """A call of the method of the world that has the same name."""
 
     def arguments(self) -> dict[str, Any]:
         """Return the method's arguments without the time."""
@@ -129,7 +129,7 @@ class Hold(MotionAction):
     do: Literal["hold"]
 
     def plan(self, world: World, start_s: float) -> None:
-        """Change nothing: time passes."""
+        """Change nothing, because only time passes."""
 
 
 class RotateTo(MotionAction):
@@ -160,7 +160,7 @@ class TurnOver(MotionAction):
 
 
 class FigureEight(MotionAction):
-    """Perform the calibration's figure-of-eight, ``turns`` times."""
+    """Perform the figure-of-eight of the calibration ``turns`` times."""
 
     MOVES: ClassVar[frozenset[str]] = ATTITUDE
     do: Literal["figure_eight"]
@@ -211,7 +211,7 @@ class Shake(MotionAction):
 
 
 class Tap(MotionAction):
-    """Add a fingertip's tap along a world axis."""
+    """Add the tap of a fingertip along a world axis."""
 
     do: Literal["tap"]
     for_: Length = Field(TAP_PS, alias="for")
@@ -220,14 +220,14 @@ class Tap(MotionAction):
 
 
 class DisturbField(MotionAction):
-    """Add a constant field to the Earth's for a time."""
+    """Add a constant field to the Earth's field for a time."""
 
     do: Literal["disturb_field"]
     field: FieldTable
 
 
 class PassMagnet(WorldAction):
-    """Move a magnet past the board; distance and speed set the duration."""
+    """Move a magnet past the board. Distance and speed determine the duration."""
 
     do: Literal["pass_magnet"]
     moment_am2: Annotated[float, within(limits.MOMENT)]
@@ -236,13 +236,13 @@ class PassMagnet(WorldAction):
 
     @property
     def length_ps(self) -> int:
-        """Return the time within the magnet's range."""
+        """Return the time in which the magnet is in range."""
         magnet = Magnet.starting_at(0.0, self.moment_am2, self.distance_m, self.speed_m_s)
         return to_ps(2.0 * magnet.closest_s)
 
 
 class ChangePressure(MotionAction):
-    """Raise or lower the air's pressure smoothly."""
+    """Raise or lower the air pressure smoothly."""
 
     MOVES: ClassVar[frozenset[str]] = frozenset({"weather"})
     do: Literal["change_pressure"]
@@ -250,21 +250,21 @@ class ChangePressure(MotionAction):
 
 
 class BlowWind(MotionAction):
-    """Add pressure noise of a gusty wind."""
+    """Add the pressure noise of a gusty wind."""
 
     do: Literal["blow_wind"]
     speed_m_s: Annotated[float, within(limits.WIND)]
 
 
 class SlamDoor(WorldAction):
-    """Shut a door, or tear it open with a negative push."""
+    """Shut a door, or open it suddenly with a negative push."""
 
     do: Literal["slam_door"]
     push_hpa: Annotated[float, within(limits.PUSH)] = DOOR_HPA
 
 
 class Replay(WorldAction):
-    """Replay a recording's signals, or follow its attitude."""
+    """Replay the signals of a recording, or follow its attitude."""
 
     do: Literal["replay"]
     csv: RecordingFile
@@ -275,7 +275,7 @@ class Replay(WorldAction):
 
     @property
     def moves(self) -> frozenset[str]:
-        """Return the columns' quantities; measured signals are separate motions."""
+        """Return the quantities of the columns. Measured signals count as separate motions."""
         return frozenset(self.csv.content.groups)
 
     def plan(self, world: World, start_s: float) -> None:
@@ -304,7 +304,7 @@ FOLLOWED_EVERY_PS = 10 * PS_PER_S // 1000
 
 
 class RunMotors(WorldAction):
-    """Run the motors from now on: one throttle, four, or the firmware's PWM."""
+    """Run the motors from now on with one throttle, with four throttles, or with the firmware's PWM."""
 
     LIVE: ClassVar[bool] = True
     MOVES: ClassVar[frozenset[str]] = frozenset({"motors"})
@@ -312,17 +312,17 @@ class RunMotors(WorldAction):
     throttle: Share | Annotated[tuple[Share, Share, Share, Share], Strict(False)] | Literal["firmware"]
 
     def plan(self, world: World, start_s: float) -> None:
-        """Plan given throttles; the firmware's PWM is unknown here."""
+        """Plan the throttles of the file. The firmware's PWM is not known in advance."""
         world.run_motors(0.0 if self.throttle == "firmware" else self.throttle, start_s)
 
     def act(self, board: BoardView, from_ps: int) -> None:
-        """Follow the firmware's PWM, 100 times a second."""
+        """Set the throttles from the firmware's PWM, 100 times a second."""
         if self.throttle == "firmware":
             follow_motors(board, from_ps, board.world.throttle)
 
 
 def follow_motors(board: BoardView, at_ps: int, before: tuple[float, ...]) -> None:
-    """Set the motors to the PWM until another action sets them."""
+    """Set the motors from the PWM, until another action sets them."""
     if board.world.throttle != before:
         return
     duties = board.motor_duties()
@@ -335,7 +335,7 @@ def follow_motors(board: BoardView, at_ps: int, before: tuple[float, ...]) -> No
 # -- What happens at one moment -----------------------------------------------------------------------------
 
 
-LONGEST_INPUT = 4096  # of one send
+LONGEST_INPUT = 4096  # bytes of one ``send``
 
 
 class Jump(WorldAction):
@@ -348,7 +348,7 @@ class Setter(Jump):
     """A value that changes without a motion."""
 
     def plan(self, world: World, start_s: float) -> None:
-        """Call the setter with short argument names."""
+        """Call the world's method by position, because its arguments have shorter names."""
         del start_s
         getattr(world, dict(self)["do"])(*self.arguments().values())
 
@@ -364,7 +364,7 @@ class SetAttitude(Setter):
 
 
 class FollowAction(Jump):
-    """A motion by hand, continuous over successive commands."""
+    """A motion by hand, which is continuous from one command to the next."""
 
     interrupts: bool = True
     time_constant: Length = HAND_PS
@@ -407,21 +407,21 @@ class TakeMagnetAway(Jump):
 
 
 class SetPressure(Setter):
-    """Set the weather's pressure at the board's current altitude."""
+    """Set the weather so that the board's current altitude has this pressure."""
 
     do: Literal["set_pressure"]
     pressure_hpa: Annotated[float, within(limits.PRESSURE)]
 
 
 class SetTemperature(Setter):
-    """Set the air's temperature."""
+    """Set the temperature of the air."""
 
     do: Literal["set_temperature"]
     temperature_degc: Annotated[float, within(limits.TEMPERATURE)]
 
 
 class SetHumidity(Setter):
-    """Set the air's relative humidity."""
+    """Set the relative humidity of the air."""
 
     do: Literal["set_humidity"]
     humidity_percent: Annotated[float, within(limits.HUMIDITY)]
@@ -449,7 +449,7 @@ class InjectFault(TimelineAction):
 
     @property
     def length_ps(self) -> int:
-        """Return the duration, 0 for a permanent fault."""
+        """Return the duration, or 0 for a permanent fault."""
         return self.for_ or 0
 
     def act(self, board: BoardView, from_ps: int) -> None:

@@ -1,7 +1,7 @@
-"""Scenarios as text.
+"""Writer of scenarios as TOML text.
 
 Decision: this module writes the few forms of TOML that a scenario needs, because a general writer
-would be one more package.
+would need one more package.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _ENTRY: TypeAdapter[TimelineAction] = TypeAdapter(AnyEntry)
 def parse_entry(table: Mapping[str, Any], board: BoardDescription = FCU001V1) -> TimelineAction:
     """Check a timeline entry such as ``{"do": "lift", "metres": 2, "for": "1s"}``, without ``at``.
 
-    Raises ScenarioError; InputError for an entry that reads a file.
+    Raises InputError, even for a valid entry that reads a file.
     """
     if isinstance(table, Mapping) and table.get("do") == "replay":
         raise InputError("cannot play a recording on a live board; put the replay into a scenario")
@@ -42,7 +42,7 @@ def parse_entry(table: Mapping[str, Any], board: BoardDescription = FCU001V1) ->
 
 
 def _of_entry(error: ValidationError) -> InputError:
-    """Return an error without the entry's kind in its path."""
+    """Return an error whose key path does not have the kind of the entry."""
     problem = scenario_error("", error)
     return InputError(f"{problem.key.partition('.')[2] or problem.key}: {problem.problem}")
 
@@ -59,7 +59,7 @@ def entry_line(entry: TimelineAction, at_ps: int, interrupts: bool = False) -> s
 def timeline(entries: Iterable[tuple[int, TimelineAction]]) -> str:
     """Return ``timeline = [...]``, with one line for each (time in ps, entry).
 
-    An entry that cuts a motion short gets ``interrupts``.
+    An entry that ends another motion early gets the key ``interrupts``.
     """
     busy_until: dict[str, int] = {}
     lines = []
@@ -72,7 +72,7 @@ def timeline(entries: Iterable[tuple[int, TimelineAction]]) -> str:
 
 
 def scenario_text(table: Mapping[str, Any]) -> str:
-    """Return a file's text; each inner table has one line."""
+    """Return the text of a scenario file. Each inner table has one line."""
     keys = {key: value for key, value in table.items() if not isinstance(value, Mapping)}
     tables = {key: value for key, value in table.items() if isinstance(value, Mapping)}
     return "".join((*map(_top_level, keys, keys.values()), *map(table_text, tables, tables.values())))
@@ -86,12 +86,12 @@ def _top_level(key: str, value: Any) -> str:
 
 
 def names_files(entries: Iterable[TimelineAction]) -> bool:
-    """Return whether an entry reads a file."""
+    """Return whether any entry reads a file."""
     return any(isinstance(entry, Replay) for entry in entries)
 
 
 def table_text(name: str, table: Mapping[str, Any]) -> str:
-    """Return ``[name]`` with inline inner tables."""
+    """Return the table ``[name]`` with its inner tables in inline form."""
     return f"\n[{name}]\n" + "".join(f"{_key(key)} = {_value(value)}\n" for key, value in table.items())
 
 

@@ -57,7 +57,7 @@ _AT_POWER_ON: Mapping[str, Callable[[Mapping[str, Any]], dict[str, object]]] = {
 
 
 class BoardRecording:
-    """Recorder of actions on ``board`` from power-on. ``cold``: the sensors start then, too."""
+    """Recorder of actions on ``board`` from power-on. ``cold``: the sensors also start at power-on."""
 
     def __init__(self, board: Board, cold: bool = False) -> None:
         self._board = board
@@ -85,12 +85,12 @@ class BoardRecording:
 
     @property
     def missing(self) -> list[str]:
-        """Actions that the scenario lacks."""
+        """Actions that are missing in the scenario."""
         return [f"{name}{f', {count} times' * (count > 1)}" for name, count in self._missing.items()]
 
     @property
     def needed(self) -> bool:
-        """Whether ``fcu run`` needs a scenario: for a recorded action or cold start."""
+        """Whether ``fcu run`` needs a scenario, because an action was recorded or the start is cold."""
         return self._done or self._cold
 
     def text(self) -> str:
@@ -194,7 +194,7 @@ class BoardRecording:
         return called
 
     def _time_ps(self, name: str) -> int | None:
-        """Return the time of a test's call, after all due events. Return None for other calls."""
+        """Return the time of a call by the test, after all due events. Return None for other calls."""
         now_ps = self._board.clock.now_ps
         if self._inside:
             return None
@@ -205,7 +205,7 @@ class BoardRecording:
 
 
 def by_hand(board: Board, recording: BoardRecording | None, save: Callable[[str], str]) -> Iterator[str]:
-    """Yield the command for this board, and the differences from the test.
+    """Yield the command that repeats the test's run, and the differences from the test.
 
     ``save(text)`` writes a scenario and returns its path.
     """

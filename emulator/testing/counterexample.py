@@ -1,6 +1,6 @@
 """Check of one law of the lab's arithmetic on compiled firmware, without pytest.
 
-A clone and an installed wheel give the same examples.
+Examples are the same in a clone and with an installed wheel.
 
 Decision: only the first counter-example is reported, because Hypothesis raises several as an
 exception group.
@@ -24,9 +24,9 @@ from fcu_emulator.emulator.testing.lab3 import Compiled, lab3_properties
 
 
 def counterexample(firmware: str, law: str, examples: int) -> str | None:
-    """Return the violation of property ``test_<law>`` in one line, or None.
+    """Return one line about a violation of the property ``test_<law>``, or None.
 
-    Raises NotJudgedError for a missing function, and CallError for a failed call.
+    Raises NotJudgedError if a function is missing, and CallError if a call fails.
     """
     error = _failure(_laws(firmware, examples), law)
     return None if error is None else _in_a_line(error)
@@ -50,13 +50,13 @@ def _laws(firmware: str, examples: int) -> Any:
     laws = lab3_properties(
         _compiled(firmware, digest), max_examples=examples, derandomize=True, database=None
     )()
-    laws.on_board = False  # boards are run only for a requested scenario
+    laws.on_board = False  # boards run only if a scenario is requested
     return laws
 
 
 @lru_cache(maxsize=1)
 def _compiled(firmware: str, digest: bytes) -> Compiled:
-    """Return the firmware, cached for all laws. ``digest`` identifies its file contents."""
+    """Return the firmware, cached for all laws. ``digest`` identifies the contents of the file."""
     del digest
     return Compiled(firmware)
 
@@ -91,7 +91,7 @@ def _nothing_stored() -> Iterator[None]:
 
 @contextmanager
 def _no_constants_of_sources() -> Iterator[None]:
-    """Prevent Hypothesis from trying constants of local modules, found only in a clone."""
+    """Prevent Hypothesis from trying constants of local modules, because only a clone has these."""
     try:
         from hypothesis.internal.conjecture import providers
         from hypothesis.internal.constants_ast import Constants

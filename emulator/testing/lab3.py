@@ -6,12 +6,12 @@ This creates a test class for a student's firmware::
 
     TestMyLab = lab3_properties(Compiled("build/mylab.elf"))
 
-pytest prints counter-examples, if possible as a scenario. Expected angles are computed from
-vectors, not by the slides' formulas:
+pytest prints counter-examples, as scenarios if possible. Expected angles are computed from vectors,
+not by the slides' formulas:
 
 * pitch and roll are the inclinations of the X and the Y axis (mu = 1);
-* yaw is the angle between the horizontal directions of the X axis and the field. If neither pitch
-  nor roll is 0, the slides' roll is approximate, and only the yaw's range is checked.
+* yaw is the angle between the horizontal directions of the X axis and the field. If pitch and roll
+  both differ from 0, the slides' roll is approximate, and only the range of the yaw is checked.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ from fcu_emulator.firmware_model.sensor_data import AxesRaw_TypeDef
 _Method = TypeVar("_Method", bound=Callable[..., None])
 
 ANGLE_TOLERANCE_DEG = 0.01
-"""Tolerance of an angle, for the difference between single and double precision."""
+"""Tolerance of an angle in degrees, for the difference between single and double precision."""
 _LEAST_HORIZONTAL_MGAUSS = 50.0
 _STARTED_S = 0.1
 
@@ -81,7 +81,7 @@ class Subject(Protocol):
 
     @property
     def name(self) -> str:
-        """The name in the command that repeats a failure."""
+        """The firmware's name in the command that repeats a failure."""
         ...
 
     def missing(self, what: str) -> str:
@@ -89,7 +89,7 @@ class Subject(Protocol):
         ...
 
     def angles(self, acc: Vector, mag: Vector) -> Angles:
-        """The angles for acceleration in mg and calibrated field in mgauss."""
+        """The angles for an acceleration in mg and a calibrated field in mgauss."""
         ...
 
     def calibrated(self, field_mgauss: Sequence[Vector]) -> list[Vector]:
@@ -97,7 +97,7 @@ class Subject(Protocol):
         ...
 
     def altitude(self, press_hpa: float, temperature_degc: float, press_zero_level_hpa: float) -> float:
-        """The altitude in m above the place with ``press_zero_level_hpa``."""
+        """The altitude in m above the place where the pressure is ``press_zero_level_hpa``."""
         ...
 
 
@@ -129,8 +129,9 @@ class PythonModel:
 class Compiled:
     """Functions of compiled firmware, called on the emulated processor.
 
-    ``firmware``: an ELF file, or a name. ``names``: names that differ from the lab's, as in
-    ``{"yaw": "heading"}``. Functions without parameters use globals such as ``acc`` and ``pitch``.
+    ``firmware``: an ELF file, or a name. ``names``: names that differ from those of the lab, such
+    as ``{"yaw": "heading"}``. Functions without parameters use globals such as ``acc`` and
+    ``pitch``.
     """
 
     USUAL: Mapping[str, str] = {
@@ -152,7 +153,7 @@ class Compiled:
 
     @property
     def board(self) -> Board:
-        """The board after start-up code."""
+        """The board after the start-up code has run."""
         if self._board is None:
             self._board = Board(firmware=self.name)
             self._board.run_for(_STARTED_S)
@@ -207,7 +208,7 @@ class Compiled:
 
 
 def lab3_properties(subject: Subject, **chosen: Any) -> type[Any]:
-    """Return a test class for pytest. Its name must begin with Test.
+    """Return a test class for pytest. The name of the variable for it must begin with Test.
 
     ``chosen``: Hypothesis settings, such as ``max_examples=1000``.
     """
@@ -255,20 +256,21 @@ def _by_hand(firmware: str, scenario: str) -> str:
 class _Properties:
     subject: Subject
     on_board = True
-    """Whether a failed test runs boards, to find a scenario that shows the failure."""
+    """Whether a failed test runs boards to find a scenario that shows the failure."""
     coarse = False
-    """Whether the tests fail only for errors that the board's sensors can resolve."""
+    """Whether the tests ignore errors that the board's sensors cannot resolve."""
     _example: Callable[[], str] = str
 
     @property
     def counterexample(self) -> str:
-        """The scenario of the latest example, which may be a failing one."""
+        """The scenario of the latest example, which may be an example that fails."""
         return self._example()
 
     def board_scenario(self, test: Callable[[_Properties], None]) -> str:
         """Return a scenario whose board shows the failure of ``test``, or "".
 
-        A minimised error may be too small for the sensors. A second search ignores such errors.
+        The error of a minimised example may be too small for the sensors. Therefore a second search
+        ignores such errors.
         """
         if not isinstance(self.subject, Compiled) or shows(self.subject.name, self.counterexample):
             return self.counterexample
@@ -292,7 +294,7 @@ class _Properties:
 
     @_of(samples(attitudes(max_roll_deg=89.0, max_pitch_deg=89.0, one_axis=True)))
     def test_yaw_is_the_direction_of_the_x_axis_against_magnetic_north(self, sample: MotionSample) -> None:
-        """Pitch or roll is 0. Yaw increases counter-clockwise, seen from above."""
+        """Pitch or roll is 0 here. Yaw increases counter-clockwise, seen from above."""
         expected = _heading(sample)
         assume(expected is not None)
         self._compare("yaw", sample, expected)
@@ -338,7 +340,7 @@ class _Properties:
 
     @_of(hard_irons(), st.integers(100, 600), st.permutations(range(6)))
     def test_calibration_finds_any_offset(self, offset: Vector, field: int, order: list[int]) -> None:
-        """After each axis has pointed along the field, only C's rounding error remains."""
+        """After each axis has pointed both ways along the field, only C's rounding error remains."""
         self._require("calibration")
         ends = [_axis(axis, sign * field) for axis in range(3) for sign in (1, -1)]
         turned = [_plus(ends[index], offset) for index in order]
@@ -392,7 +394,7 @@ class _Properties:
     def _require(self, what: str) -> None:
         missing = self.subject.missing(what)
         if missing:
-            raise SkipTest(missing)  # a grader without pytest can catch this error
+            raise SkipTest(missing)  # without pytest, a grader can catch this error
 
     def _angles(self, sample: MotionSample) -> Angles:
         self._require("angles")
@@ -420,7 +422,7 @@ class _Properties:
 
 
 def replay(pose: Pose) -> str:
-    """Return a scenario that sets the pose and expects exactly computable angles."""
+    """Return a scenario that sets the pose and expects those angles that have an exact value."""
     fields = ["Pitch"]
     fields += ["Roll"] if pose.pitch_deg == 0 and abs(pose.roll_deg) < 90 else []
     fields += ["Yaw"] if pose.is_about_one_axis and max(abs(pose.roll_deg), abs(pose.pitch_deg)) < 80 else []
@@ -428,7 +430,7 @@ def replay(pose: Pose) -> str:
 
 
 def _inclination(acc: Vector, axis: int) -> float | None:
-    """Return an axis' inclination in degrees, positive if X points down, or Y up."""
+    """Return the inclination of an axis in degrees. It is positive if X points down, or Y points up."""
     length = math.sqrt(sum(component * component for component in acc))
     if length == 0:
         return None
@@ -437,7 +439,7 @@ def _inclination(acc: Vector, axis: int) -> float | None:
 
 
 def _heading(sample: MotionSample) -> float | None:
-    """Return the X axis' heading in degrees, or None if it is undefined."""
+    """Return the heading of the X axis in degrees, or None if it is undefined."""
     up = np.array(sample.acc, dtype=float)
     field = np.array(sample.mag, dtype=float)
     if not up.any():

@@ -1,7 +1,8 @@
 """Scenarios in which a board shows counter-examples of the lab's laws.
 
-Decision: the scenario of a counter-example is shown only after a test run on the student's firmware
-and on the lab's. The sensors' finite resolution may hide an error.
+Decision: the scenario of a counter-example is first tried on the student's firmware and on the
+lab's, and shown only if it fails on the first and passes on the second. The sensors' finite
+resolution may hide an error.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from fcu_emulator.emulator.world.truth import ZURICH_FIELD_UT
 
 FILE = "replay.toml"
 REFERENCE = "lab3"
-"""A correct firmware. A scenario in which it fails is not used."""
+"""A correct firmware. A scenario in which this firmware fails is not used."""
 
 Table: TypeAlias = dict[str, Any]
 
@@ -31,14 +32,14 @@ LEAST_DEG = {"Pitch": 0.2, "Roll": 0.2, "Yaw": 1.0}
 """Smallest errors in degrees that ideal sensors resolve, because raw values are integers."""
 _MOST_DEG = 2.0
 LEAST_MGAUSS = 5.0
-_LEAST_AT_ZERO_M = 0.01  # smallest error at the floor, where both readings are equal
+_LEAST_AT_ZERO_M = 0.01  # smallest error at the floor, where both pressures are equal
 _LEAST_HPA = 0.02  # pressures are truncated to 0.01 hPa, twice
 _LEAST_OF_HEIGHT = 5e-4  # temperatures are truncated to 0.1 K
 _MOST_GRAVITY = 3.5  # full scale is 4 g
 
 
 def angle_tolerance_deg(name: str, error_deg: float) -> float:
-    """Return the tolerance that detects an error of this size."""
+    """Return a tolerance that is small enough to detect an error of this size."""
     return min(max(error_deg / 2, LEAST_DEG[name]), _MOST_DEG) if math.isfinite(error_deg) else _MOST_DEG
 
 
@@ -47,7 +48,7 @@ def pose_scenario(
 ) -> str:
     """Return a scenario that sets the pose, with a calibrated compass.
 
-    ``expected_deg``: value and tolerance by field. ``gravity``, ``field``: multiples of usual
+    ``expected_deg``: value and tolerance by field. ``gravity``, ``field``: multiples of the usual
     values.
     """
     expectations = [
@@ -96,7 +97,7 @@ def _pose_table(pose: Pose, expectations: list[Table], gravity: float, field: fl
 def calibration_scenario(offset: Vector, field_mgauss: int, order: Sequence[int], end: Vector) -> str:
     """Return a scenario that turns each axis both ways along a horizontal field.
 
-    It expects MAG at ``end``. ``order``: that of X, -X, Y, -Y, Z and -Z.
+    The scenario expects that MAG ends at the values ``end``. ``order``: order of X, -X, Y, -Y, Z and -Z.
     """
     turns = [*(_ALONG[index] for index in order), _ALONG[_direction(end)]]
     steps = [
@@ -128,7 +129,7 @@ def calibration_scenario(offset: Vector, field_mgauss: int, order: Sequence[int]
 def altitude_scenario(
     zero_hpa: float, press_hpa: float, temperature_degc: float, altitude_m: float, error_m: float
 ) -> str:
-    """Return a scenario with the floor's pressure, then another."""
+    """Return a scenario with the pressure of the floor, and later another pressure."""
     tolerance = least_m(zero_hpa, press_hpa, temperature_degc, altitude_m)
     if math.isfinite(error_m):
         tolerance = max(error_m / 2, tolerance)
@@ -160,7 +161,7 @@ def command(firmware: str) -> str:
 
 
 def shows(firmware: str, scenario: str) -> bool:
-    """Return whether ``firmware`` fails but ``lab3`` passes. Raises InputError."""
+    """Return whether ``firmware`` fails and ``lab3`` passes in a scenario. Raises InputError."""
     return _passes(REFERENCE, scenario) and not _passes(firmware, scenario)
 
 
@@ -177,7 +178,7 @@ _ALONG: tuple[Table, ...] = (
     {"pitch_deg": 90},
     {"pitch_deg": -90},
 )
-"""Attitudes with X, -X, Y, -Y, Z, -Z along a field to the north."""
+"""Attitudes in which X, -X, Y, -Y, Z or -Z points along a field to the north."""
 
 
 def _direction(end: Vector) -> int:

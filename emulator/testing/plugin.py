@@ -8,8 +8,8 @@
         dut.expect(r"Pitch: (29|30)[.]")
         dut.not_matching(r"nan", timeout=3)
 
-A failed test shows terminal, transfers, diagnosis, and the command that repeats it;
-``grading.pytest_plugin`` adds the line of a wrong formula. The JUnit file has them if
+A failed test shows terminal, transfers, diagnosis, and the command that repeats the test.
+``grading.pytest_plugin`` adds the line of a wrong formula. The JUnit file has all these texts if
 ``junit_logging = "system-out"``.
 """
 
@@ -35,7 +35,7 @@ _TERMINAL_LINES = 40
 _TRANSFERS = 12
 _MARKER = ("scenario", "wiring", "seed", "ideal", "cold_start")
 """Keyword arguments of the marker."""
-_RECORDING = pytest.StashKey[Any]()  # a BoardRecording, imported with the first board
+_RECORDING = pytest.StashKey[Any]()  # a BoardRecording, which is imported with the first board
 _FOLDERS = pytest.StashKey[pytest.TempPathFactory]()
 
 
@@ -64,7 +64,7 @@ class Dut:
         """Run until a pattern is printed, and return its match.
 
         With ``expect_all``, wait for all patterns, and return their matches. Fails if
-        ``not_matching`` is printed earlier, or after ``timeout`` virtual seconds.
+        ``not_matching`` is printed earlier, or if ``timeout`` virtual seconds have passed.
         """
         __tracebackhide__ = True
         many = [pattern] if isinstance(pattern, str | re.Pattern) else list(pattern)
@@ -133,7 +133,7 @@ class Dut:
 
 @pytest.fixture
 def firmware(request: pytest.FixtureRequest) -> str | Path | None:
-    """The firmware of ``--firmware``, the marker or the scenario, else ``lab3``."""
+    """The firmware of ``--firmware``, of the marker or of the scenario, or else ``lab3``."""
     given: str | None = request.config.getoption("--firmware")
     if given is not None:
         return given
@@ -162,7 +162,7 @@ def board(
 
     marker = request.node.get_closest_marker("board")
     asked = marker.kwargs if marker is not None else {}
-    unknown = [name for name in asked if name not in (*_MARKER, "profile")]  # Board warns of the old name
+    unknown = [name for name in asked if name not in (*_MARKER, "profile")]  # Board warns about the old name
     if unknown:
         takes = ", ".join(_MARKER)
         problem = f"the marker board has no {unknown[0]!r}; it takes a firmware, and {takes}"
@@ -170,7 +170,7 @@ def board(
     try:
         made = Board(firmware, **asked)
     except InputError as error:
-        pytest.fail(str(error), pytrace=False)  # frames of this package do not help the user
+        pytest.fail(str(error), pytrace=False)  # a traceback of this package does not help the user
     from fcu_emulator.emulator.testing.board_recording import BoardRecording
 
     request.node.stash[_RECORDING] = BoardRecording(made, cold=bool(asked.get("cold_start")))
@@ -225,7 +225,7 @@ def _by_hand(item: pytest.Item, board: Board) -> str:
 def evidence(board: Board, by_hand: str = "") -> Iterator[tuple[str, str]]:
     """Yield each piece of evidence for a failure as title and text.
 
-    ``by_hand``: command for the same board.
+    ``by_hand``: command that runs the same board.
     """
     lines = board.terminal.text.replace("\r", "").splitlines() or ["(no output)"]
     dropped = [f"... {len(lines) - _TERMINAL_LINES} earlier lines"] if len(lines) > _TERMINAL_LINES else []

@@ -13,8 +13,8 @@
     def test_altitude_is_printed_as_a_number(motion):
         board = Board("lab3.elf", scenario=motion.scenario)
 
-The board's axes are X right, Y forward, Z up. At rest, the upward axis has +1000 mg. Attitudes turn
-by yaw, then pitch, then roll. Examples shrink towards a flat board that points north.
+The board's axes are X right, Y forward, Z up. At rest, the upward axis has +1000 mg. An attitude is
+a turn by yaw, then by pitch, then by roll. Examples shrink towards a flat board that points north.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ Vector: TypeAlias = tuple[int, int, int]
 
 ONE_G_MG = 1000
 MGAUSS_PER_UT = 10
-_NEAR = 0.01  # degrees from an edge case
+_NEAR = 0.01  # distance from an edge case in degrees
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Pose:
 
     @property
     def is_about_one_axis(self) -> bool:
-        """Whether roll or pitch is 0, which makes the lab's roll exact."""
+        """Whether roll or pitch is 0, because then the lab's roll is exact."""
         return self.roll_deg == 0 or self.pitch_deg == 0
 
 
@@ -70,7 +70,7 @@ class MotionSample:
 def attitudes(
     max_roll_deg: float = 180.0, max_pitch_deg: float = 90.0, *, one_axis: bool = False
 ) -> st.SearchStrategy[Pose]:
-    """Strategy for poses. ``one_axis``: roll or pitch is 0."""
+    """Strategy for poses. ``one_axis``: roll or pitch is always 0."""
     rolls, pitches, yaws = angles(max_roll_deg), angles(max_pitch_deg), angles(180.0)
     level = st.just(0.0)
     if one_axis:
@@ -79,7 +79,7 @@ def attitudes(
 
 
 def angles(limit_deg: float) -> st.SearchStrategy[float]:
-    """Strategy for angles up to the limit, often near quarter turns."""
+    """Strategy for angles up to the limit. Many are near quarter turns."""
     quarters = [at * 90.0 + beside for at in range(-2, 3) for beside in (0.0, _NEAR, -_NEAR)]
     edges = sorted(
         {angle for angle in (*quarters, -limit_deg, limit_deg) if abs(angle) <= limit_deg}, key=abs
@@ -132,20 +132,20 @@ def hard_irons(most_mgauss: int = 500) -> st.SearchStrategy[Vector]:
 
 
 def soft_irons(most: float = 0.2) -> st.SearchStrategy[tuple[tuple[float, ...], ...]]:
-    """Strategy for soft iron: unit matrix plus symmetric changes of up to ``most``."""
+    """Strategy for soft iron: the unit matrix with symmetric changes of up to ``most``."""
     six = st.tuples(*[st.floats(-most, most).map(lambda number: round(number, 3) + 0.0)] * 6)
     return six.map(lambda s: ((1 + s[0], s[1], s[2]), (s[1], 1 + s[3], s[4]), (s[2], s[4], 1 + s[5])))
 
 
 def zero_vectors() -> st.SearchStrategy[tuple[Vector, Vector]]:
-    """Strategy for acceleration and field, of which at least one is zero."""
+    """Strategy for pairs of acceleration and field, of which at least one is zero."""
     anything = st.tuples(*[st.integers(-2000, 2000)] * 3)
     zero = st.just((0, 0, 0))
     return st.tuples(zero, zero) | st.tuples(zero, anything) | st.tuples(anything, zero)
 
 
 class GeneratedMotion:
-    """A motion: ``scenario`` for ``Board(firmware, scenario=...)``, and its file's ``text``."""
+    """A motion: ``scenario`` for ``Board(firmware, scenario=...)``, and the ``text`` of its file."""
 
     def __init__(self, scenario: Scenario, text: str) -> None:
         self.scenario = scenario
@@ -167,10 +167,10 @@ def motions(
 ) -> GeneratedMotion:
     """Strategy for motions that take some seconds.
 
-    Without ``scenario``, a motion has up to ``most_moves`` turns to ``poses`` (default: any) and
-    lifts, with rests between them, ideal sensors and expectations ``expect``. Otherwise, Hypothesis
-    chooses the random values of ``scenario``. A failure prints the scenario and the command for
-    ``firmware``. Raises ScenarioError, InputError.
+    If ``scenario`` is not given, a motion has up to ``most_moves`` turns to ``poses`` (default:
+    any) and lifts, with rests between them. It has ideal sensors and the expectations ``expect``.
+    If ``scenario`` is given, Hypothesis chooses its random values. A failure prints the scenario
+    and the command for ``firmware``. Raises ScenarioError, InputError.
     """
     if scenario is None:
         path = Path("motion.toml")

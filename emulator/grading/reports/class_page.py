@@ -32,7 +32,7 @@ _COUNTED = {
 
 @dataclass(frozen=True)
 class HardCheck:
-    """A check; ``share``: mean share of its points that students earn."""
+    """A check. ``share``: the mean share of its points that students earn."""
 
     check: str
     title: str
@@ -145,7 +145,7 @@ def _listed(title: str, rows: list[tuple[Graded, str]]) -> Iterator[Html]:
 
 
 def _late(one: Graded) -> str:
-    """Describe the delay; add the deducted points if they are fewer than the penalty."""
+    """Describe the delay. Add the deducted points if they are fewer than the penalty."""
     if one.points is not None and one.lost_by_lateness < one.late_penalty:
         return f"{one.late_words}, of which {number(one.lost_by_lateness)} deducted"
     return one.late_words

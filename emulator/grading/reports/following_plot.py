@@ -9,11 +9,11 @@ from fcu_emulator.emulator.grading.verdict import Following
 
 _WIDTH, _LEFT, _RIGHT = 440.0, 58.0, 12.0
 _ROW, _BAR = 20.0, 12.0
-_THINNEST = 1.5  # a printed line takes no time
+_THINNEST = 1.5  # a printed line has no duration
 
 
 def following_plot(following: Following, duration_s: float) -> Html:
-    """Return a figure with two rows, wanted and seen, over time."""
+    """Return a figure with two rows over time: the expected state, and the state seen."""
     what = f"{following.name} while {following.condition}"
     rows = (("wanted", following.wanted, "bar-ground"), ("seen", following.shown, "bar"))
     height = _ROW * (len(rows) + 1)

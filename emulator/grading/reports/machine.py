@@ -1,7 +1,7 @@
 """Reports for programs: CSV for learning platforms, JUnit for CI, Gradescope's ``results.json``.
 
-Decision: a submission without a grade never gets a zero. Only on Gradescope a rejected submission
-gets 0 points, because its student can submit again.
+Decision: a submission without a grade never gets a zero. There is one exception: on Gradescope a
+rejected submission gets 0 points, because its student can submit again.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _VISIBILITY = {"always": "visible", "after_due_date": "after_due_date", "never":
 
 
 def grades_csv(graded: GradedClass) -> str:
-    """Return a line for each student."""
+    """Return CSV text with a line for each student."""
     exercises = [exercise.exercise for exercise in graded.exercises]
     columns = ["id", "name", "email", "points", "max_points", *(f"exercise_{name}" for name in exercises)]
     handed_in = [
@@ -53,7 +53,7 @@ def _points(value: float | None) -> str:
 
 
 def junit_xml(graded: GradedClass) -> str:
-    """Return a suite for each student, a case for each check."""
+    """Return a test suite for each student, with a test case for each check."""
     root = ET.Element("testsuites", name=graded.rubric)
     for one in graded.submissions:
         checks = one.verdict.checks if one.verdict else ()
@@ -88,10 +88,10 @@ def _case(suite: ET.Element, rubric: str, check: CheckResult) -> None:
 
 
 def gradescope_results(one: Graded) -> dict[str, Any]:
-    """Return ``results.json`` of one submission; Gradescope hides tests by their visibility.
+    """Return ``results.json`` of one submission. Gradescope hides tests by their visibility.
 
-    Source: https://gradescope-autograders.readthedocs.io/en/latest/specs/. Raises NotJudgedError
-    without a grade.
+    Source: https://gradescope-autograders.readthedocs.io/en/latest/specs/. Raises NotJudgedError if
+    the submission has no grade.
     """
     if one.status in ("unjudged", "partly", "missing"):
         raise NotJudgedError(f"{one.shown_name}: {one.reason}; run the autograder again")

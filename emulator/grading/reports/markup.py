@@ -6,8 +6,8 @@
 
 Each page's content security policy also forbids scripts and requests.
 
-Decision: a few functions write the markup. A template library was rejected: it escapes by a
-setting, not by type.
+Decision: a few functions write the markup. A template library was rejected, because it escapes text
+by a setting and not by type.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _EMPTY = frozenset({"meta", "br", "line", "circle", "path", "polyline"})
 
 
 def element(tag: str, *children: Child, **attributes: str | float | None) -> Html:
-    """Return an element; attribute ``class_`` becomes class, ``text_anchor`` text-anchor."""
+    """Return an element. Attribute ``class_`` becomes class, ``text_anchor`` becomes text-anchor."""
     given = "".join(
         f' {name.rstrip("_").replace("_", "-")}="{_text(_number(value))}"'
         for name, value in attributes.items()
@@ -45,7 +45,7 @@ def element(tag: str, *children: Child, **attributes: str | float | None) -> Htm
 
 
 def join(children: Child) -> Html:
-    """Join all children; escape plain text."""
+    """Join all children. Escape those that are plain text."""
     if children is None:
         return Html("")
     if isinstance(children, Html):

@@ -11,8 +11,8 @@ from fcu_emulator.emulator.grading.verdict import Series
 
 _WIDTH, _HEIGHT = 440.0, 180.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 58.0, 12.0, 26.0, 30.0
-_ROOM = 1.5  # prints further from the truth than this many ranges are off the chart
-_WRAP = 180.0  # a larger step of a direction wraps around
+_ROOM = 1.5  # prints that are further from the truth than 1.5 ranges are off the chart
+_WRAP = 180.0  # a step of a direction by more degrees wraps around
 
 
 class _Frame:
@@ -46,7 +46,7 @@ class _Frame:
 
 
 def series_plot(series: Series) -> Html:
-    """Return printed numbers as dots beside the truth, or at the chart's edge."""
+    """Return a chart of printed numbers as dots, with the truth. Far numbers are at the edge."""
     if not series.t_s:
         return element("p", f"{series.name} was never printed.", class_="quiet")
     frame = _frame(series)
@@ -121,7 +121,7 @@ def _legend(off: int, without: int) -> Iterator[Html]:
 
 
 def histogram(values: Sequence[float], most: float) -> Html:
-    """Return the distribution of points, 0 to ``most``; columns exclude their right edge."""
+    """Return a histogram of points from 0 to ``most``. Columns exclude their upper limit."""
     step = max(1, math.ceil(most / 25))
     edges = [*(step * index for index in range(math.ceil(most / step))), most, most + step]
     counts = [sum(low <= value < high for value in values) for low, high in pairwise(edges[:-1])]

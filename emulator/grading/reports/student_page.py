@@ -19,12 +19,12 @@ _WORDS = {"passed": "passed", "partial": "partly passed", "failed": "not passed"
 
 
 def student_page(graded: Graded, title: str, *, after_due_date: bool = True) -> str:
-    """Return the verdict's visible part as HTML; ``title``: the rubric's."""
+    """Return the visible part of the verdict as HTML. ``title``: the title of the rubric."""
     return page(f"{graded.shown_name}: {title}", STYLE, *_body(graded, title, after_due_date))
 
 
 def number(value: float) -> str:
-    """Format points: 3, 2.5."""
+    """Format points without trailing zeros: 3, 2.5."""
     return f"{value:.4g}"
 
 

@@ -1,4 +1,4 @@
-"""The reports' style sheet for screens, light and dark, and paper."""
+"""Style sheet of the reports, for light and dark screens and for paper."""
 
 STYLE = """
 :root {

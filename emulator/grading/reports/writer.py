@@ -24,7 +24,7 @@ from fcu_emulator.emulator.host.files import write_atomically
 
 
 class Reports:
-    """The folder. ``title``: the rubric's. All methods raise OutputError."""
+    """The folder of the reports. ``title``: the rubric's title. All methods raise OutputError."""
 
     def __init__(self, folder: Path, title: str, *, after_due_date: bool = True) -> None:
         self._folder = folder
@@ -36,7 +36,7 @@ class Reports:
         return self._folder / "index.html"
 
     def student(self, graded: Graded) -> Graded:
-        """Write a student's page; return the result without evidence."""
+        """Write the page of a student. Return the result without evidence."""
         text = student_page(graded, self._title, after_due_date=self._after_due_date)
         write_atomically(self._folder / "students" / f"{graded.report}.html", text)
         if graded.verdict is None:
@@ -45,7 +45,7 @@ class Reports:
         return graded.model_copy(update={"verdict": graded.verdict.model_copy(update={"evidence": ()})})
 
     def whole(self, graded: GradedClass) -> None:
-        """Write the class's files, and remove stale pages."""
+        """Write the files of the class, and remove old pages."""
         write_atomically(self._folder / "grade.json", graded.to_json())
         write_atomically(
             self._folder / "grades.csv", "\ufeff" + grades_csv(graded)
