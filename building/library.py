@@ -40,7 +40,7 @@ FLAGS: Final = (
 ZIG: Final = "ziglang~=0.17.0"
 """Tested versions of ziglang, in the form of a pip requirement."""
 _ZIG_FLAGS: Final = (
-    "-mcpu=baseline",  # otherwise the library would need instructions that only this machine has
+    "-mcpu=baseline",  # otherwise the library would need a CPU with this machine's instructions
     "-g0",
     "-s",
 )
@@ -101,7 +101,7 @@ def own_compiler() -> Compiler | None:
 
 
 def zig(system: str = sys.platform, *flags: str) -> Compiler:
-    """Return zig. Raises BuildError without ziglang."""
+    """Return zig. Raises BuildError if ziglang is missing."""
     if importlib.util.find_spec("ziglang") is None:
         raise BuildError(
             "no C compiler here makes a library that this Python can load (cc; CC names another one): "

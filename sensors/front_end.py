@@ -398,7 +398,7 @@ class Flicker:
         ]
         self._sigma = _SIGMA * bias_instability
         self._first_s = self._end_s = 0
-        self._at_seconds: Array = np.empty((channels, 0))  # values at the seconds between both
+        self._at_seconds: Array = np.empty((channels, 0))  # values at the whole seconds between these two
 
     def block(self, t_s: Times) -> Array:
         """Return values at ascending times (n,), shape (channels, n)."""
@@ -413,7 +413,7 @@ class Flicker:
         total = np.zeros((len(self._at_seconds), len(seconds)))
         for octave, source in enumerate(self._octaves):
             apart_s = 1 << octave
-            # the offset gives the octaves different times of their interpolation points
+            # the offset separates the interpolation points of the octaves in time
             shifted = seconds + apart_s * octave // _OCTAVES
             before, part = shifted // apart_s, shifted % apart_s / apart_s
             drawn = source.block(int(before[0]), int(before[-1] - before[0]) + 2)

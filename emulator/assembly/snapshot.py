@@ -1,7 +1,7 @@
 """Snapshots of a board's whole state.
 
 Decision: a snapshot walks the board's objects and records their contents, so that it cannot miss a
-new attribute. Rules of the walk:
+new attribute. For each kind of object, the walk records:
 
 * objects of this package, of ``sensors``, and of subclasses: attributes;
 * lists, dictionaries, sets, deques and byte arrays: contents, restored in place because they are

@@ -71,7 +71,7 @@ class StepCommand(PageCommand):
 
 @dataclass(frozen=True)
 class Speed(PageCommand):
-    """Set the ratio of virtual to wall time, 0.01 to 10. Null sets no limit."""
+    """Set the ratio of virtual to wall time, 0.01 to 10. Null removes the limit."""
 
     factor: float | None
 

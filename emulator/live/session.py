@@ -315,7 +315,7 @@ class LiveSession:
         self._halted = self._debugger is not None and self._debugger.halted
 
     def _again(self, setup: Setup, why: str, hold: bool = True, loaded: bool = False) -> None:
-        """Power on with another firmware or scenario. On failure, report it and keep the board."""
+        """Power on with another firmware or scenario. On failure, report the failure and keep the board."""
         try:
             self._begin(setup, hold)
         except Exception as error:

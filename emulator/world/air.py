@@ -6,8 +6,8 @@ assumed to be 0.02 hPa in a typical room. The mean change between 0.01 and 0.1 H
 measured outside in wind is six times as large, 0.44 Pa/s (Mohr et al., Atmosphere 7, 2016, 125).
 
 Decision: gusts are a sum of sinusoids from 0.05 to 1 Hz, whose amplitudes decrease with their frequency, as in
-Sabatini and Genovese (Sensors 13, 2013). Their RMS is a quarter of the wind's pressure rho v^2 / 2
-(Bernoulli).
+Sabatini and Genovese (Sensors 13, 2013). The RMS of the gusts is a quarter of the wind's pressure
+rho v^2 / 2 (Bernoulli).
 """
 
 from __future__ import annotations

@@ -127,7 +127,7 @@ class Truth:
     def compass_deg(self, t_s: npt.ArrayLike) -> Array:
         """Return roll, pitch and yaw (N, 3) like `attitude_deg`, but with the yaw from magnetic north.
 
-        Disturbances do not change magnetic north. For a vertical field it is the north of the world frame.
+        Disturbances do not change magnetic north. For a vertical field, it is the world frame's north.
         """
         compass = self.attitude_deg(t_s)
         earth = _sampled(lambda t: self._earth.evaluate(t, Constant.value), t_s)
@@ -142,7 +142,7 @@ class Truth:
     def linear_acceleration_g(self, t_s: npt.ArrayLike) -> Array:
         """Return the modulus of the board's acceleration without gravity, (N,) in g.
 
-        For a recording, it is the difference between the moduli of specific force and gravity.
+        For a recording, the result is the difference between the moduli of specific force and gravity.
         """
         return _sampled(lambda t: self._signals["acc"].evaluate(t, self._linear_g), t_s)
 

@@ -99,7 +99,7 @@ class Outputs:
 
 BOOT_PS = 20 * PS_PER_S // 10**3  # AN5069 sections 3 and 7: power-on and REBOOT
 CONTINUOUS, SINGLE, IDLE = 0, 1, 3  # CFG_REG_A.MD; 2 is also idle
-_AFTER_BOOT = 4  # the single measurement after a boot, during which MD reads idle
+_AFTER_BOOT = 4  # the single measurement after a boot; meanwhile MD reads idle
 
 
 class Modes:

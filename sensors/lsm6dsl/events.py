@@ -189,7 +189,7 @@ class Events:
         while self._running:
             latest = stream.latest(
                 now_ps
-            )  # read in each pass, because a change of the rate restarts the stream's numbers
+            )  # read again in each pass, because a change of the rate restarts the index
             if self._next > latest:
                 return
             self._process(self._next, min(latest + 1, self._next + _BLOCK))
