@@ -1,6 +1,6 @@
 """Check that pip finds wheels of all dependencies: python building/check_dependencies.py [FOLDER]
 
-Source distributions are refused, because they need a compiler.
+The script refuses source distributions, because they need a compiler.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ EXAMPLES: Final = (
     ("fcu", "doctor"),
     ("fcu", "run", "solution", "--scenario", "desk", "--speed", "max"),
 )
-"""Commands that must succeed. The last one runs firmware for the chip, and its output is checked."""
+"""Commands that must succeed. The final command runs firmware for the chip, and its output is checked."""
 
 
 def main(folder: str = "dist") -> None:
@@ -38,7 +38,7 @@ def check(*distribution: str) -> None:
         programs = environment / ("Scripts" if os.name == "nt" else "bin")
         pip = (programs / "python", "-m", "pip", "-q")
         _run(work, *pip, "install", "--no-deps", *distribution)
-        _run(work, *pip, "install", NAME)  # installs only the packages that this one needs
+        _run(work, *pip, "install", NAME)  # installs only the dependencies of the distribution
         for program, *arguments in EXAMPLES:
             _run(work, programs / program, *arguments)
 

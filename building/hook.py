@@ -12,7 +12,7 @@ from typing import Any
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 from packaging.tags import platform_tags
 
-sys.path.insert(0, str(Path(__file__).parent))  # needed, because hatchling loads this file by its path
+sys.path.insert(0, str(Path(__file__).parent))  # needed, because hatchling loads the hook by its path
 
 import library
 import namespace
@@ -79,5 +79,5 @@ def _compiler() -> library.Compiler:
 
 
 def _platform() -> str:
-    """Return the tag of this machine without a Linux baseline, which is unknown here."""
+    """Return this machine's tag that names no Linux baseline, because the baseline is unknown here."""
     return next(tag for tag in platform_tags() if "manylinux" not in tag and "musllinux" not in tag)

@@ -1,6 +1,7 @@
 """Build the C library beside its sources, emulator/chip/native, if outdated: python building/library.py [--force]
 
-The compiler is ``CC``, with arguments (``CC="gcc -m64"``), by default ``cc`` if it works, else zig from ziglang.
+``CC`` is the compiler's command, with arguments if needed (``CC="gcc -m64"``). By default the compiler is ``cc`` if
+it works, else zig from ziglang.
 ``CFLAGS`` and ``LDFLAGS`` are added, as packagers expect.
 """
 
@@ -28,17 +29,18 @@ NATIVE: Final = runpy.run_path(str(FOLDER / "__init__.py"))
 FLAGS: Final = (
     "-std=gnu11",
     "-O2",
-    # the CPU's flags are written together and then read one by one, which is a fifth faster without vectorisation
+    # The CPU's flags are written together and then read one by one.
+    # This is a fifth faster without vectorisation.
     "-fno-tree-slp-vectorize",
     "-fwrapv",  # signed sums wrap with every compiler, as on the chip
-    # Export only the functions of fcu.h: calls of other functions are then direct, and polling loops a sixth faster.
+    # Export only the functions of fcu.h. Then calls of other functions are direct, and polling loops a sixth faster.
     "-fvisibility=hidden",
     "-ffp-contract=off",  # products and sums are rounded separately, as on the chip
 )
 ZIG: Final = "ziglang~=0.17.0"
 """Tested versions of ziglang, in the form of a pip requirement."""
 _ZIG_FLAGS: Final = (
-    "-mcpu=baseline",  # otherwise the library needs this machine's instructions
+    "-mcpu=baseline",  # otherwise the library would need a CPU with this machine's instructions
     "-g0",
     "-s",
 )
@@ -99,7 +101,7 @@ def own_compiler() -> Compiler | None:
 
 
 def zig(system: str = sys.platform, *flags: str) -> Compiler:
-    """Return zig. Raises BuildError without ziglang."""
+    """Return zig. Raises BuildError if ziglang is missing."""
     if importlib.util.find_spec("ziglang") is None:
         raise BuildError(
             "no C compiler here makes a library that this Python can load (cc; CC names another one): "

@@ -36,7 +36,7 @@ def _left_out(place: str) -> bool:
 
 
 def link_types() -> None:
-    """Link or copy the folders. Correct links are not replaced, because a type checker may be using them."""
+    """Link or copy the folders. Correct links stay, because a type checker may be using them."""
     TYPES.mkdir(parents=True, exist_ok=True)
     for source in (*(ROOT / name for name in FOLDERS), *(ROOT / "fcu_emulator").iterdir()):
         place = TYPES / source.name

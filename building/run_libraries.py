@@ -1,6 +1,6 @@
 """Run the libraries of the wheels: .venv/bin/python building/run_libraries.py [FOLDER]
 
-They run the kernels of tests/arm/kernels natively, under qemu-user, under wine and with musl. The checksums must be
+They run the kernels of tests/arm/kernels natively, under qemu-user, under wine and with musl. The checksums must equal
 those of QEMU's Cortex-M4, and all instruction counts must be equal. This needs the packages of .ci/wheels,
 ``build/debian-*`` and ``build/venv``.
 """
@@ -28,7 +28,7 @@ RUN_BY: Final[dict[str, tuple[str, ...]]] = {
     "musllinux_1_2_aarch64": QEMU,
     "win_amd64": ("wine",),
 }
-"""Commands that run a program of that system."""
+"""By platform: the command that runs a program of this platform."""
 
 
 def image(folder: Path) -> Path:

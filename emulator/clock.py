@@ -1,7 +1,7 @@
 """Virtual time in integer picoseconds since power-on, with events and durations.
 
-Decision: the unit of virtual time is the picosecond. Rounding a cycle of the 84 MHz core to a
-nanosecond changes it by 0.8 %, to a picosecond by 0.002 %.
+Decision: the unit of virtual time is the picosecond. Rounding to nanoseconds would change a cycle
+of the 84 MHz core by 0.8 %; rounding to picoseconds changes it by 0.002 %.
 
 Decision: a duration must have a unit, because a bare ``for = 50`` may mean seconds or milliseconds.
 """
@@ -34,7 +34,7 @@ def to_ps(seconds: float) -> int:
 # -- events -------------------------------------------------------------------------------------------------
 
 
-_LAST: Final = 1 << 60  # added to the order of an event that runs last
+_LAST: Final = 1 << 60  # added to the order of an event that runs after all others
 _FEW: Final = 1_000  # a queue with fewer entries keeps cancelled ones
 
 
@@ -57,11 +57,11 @@ _Entry: TypeAlias = tuple[int, int, Event]
 class Clock:
     """Virtual time and its queue of events.
 
-    ``next_ps`` and ``deferred_ps`` are the times of the earliest event and deferred call, or
-    ``NEVER_PS``.
+    ``next_ps`` is the time of the earliest event, and ``deferred_ps`` that of the earliest deferred
+    call; ``NEVER_PS`` means none.
 
     Deferred calls do not stop a run. They are executed in order, with the next event or by
-    ``settle()``, and see their planned time.
+    ``settle()``. Meanwhile ``now_ps`` is their planned time.
     """
 
     def __init__(self) -> None:
@@ -82,7 +82,7 @@ class Clock:
         return self.now_ps / PS_PER_S
 
     def schedule(self, at_ps: int, action: Callable[[], None], *, last: bool = False) -> Event:
-        """Call ``action()`` at ``at_ps``, or now if that is past.
+        """Call ``action()`` at ``at_ps``, or now if ``at_ps`` is past.
 
         ``last``: after all other events of the same time.
         """
@@ -199,7 +199,7 @@ _PS_PER_UNIT = {
     "min": 60 * PS_PER_S,
     "h": 3600 * PS_PER_S,
 }
-NUMBER: Final = r"[0-9]{1,9}(?:\.[0-9]{1,12})?"  # limited, because an input may have a million digits
+NUMBER: Final = r"[0-9]{1,9}(?:\.[0-9]{1,12})?"  # limited length, because an input may have a million digits
 DURATION: Final = rf"({NUMBER}) ?({'|'.join(_PS_PER_UNIT)})"
 _RIGHT = 'a number and a unit (us, ms, s, min, h), such as "50ms" or "1.5s"'
 _LONGEST_PS = 1_000_000 * PS_PER_S  # eleven days of virtual time
@@ -254,7 +254,7 @@ class TickCounts(Protocol):
 
     @property
     def lost(self) -> int:
-        """Ticks that came while the previous tick waited."""
+        """Ticks that came while the previous tick still waited for its handler."""
         ...
 
     @property

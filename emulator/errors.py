@@ -60,7 +60,7 @@ class FcuError(Exception):
 
 
 def failure_text(error: Exception) -> str:
-    """Return the user's message for an ``error`` that ended only one command."""
+    """Return the message to the user for an ``error`` that ended one command, not the run."""
     if isinstance(error, FcuError):
         return str(error)
     if isinstance(error, MemoryError):

@@ -12,7 +12,7 @@ _KEPT = frozenset("\n\t")
 _FORMULA = ("=", "+", "-", "@", "\t", "\r", "\uff1d", "\uff0b", "\uff0d", "\uff20")
 """First characters of a cell that a spreadsheet evaluates as a formula (OWASP, CSV injection)."""
 _AFTER_SEMICOLON = re.compile(rf"""(;[\s"']*)(?=[{re.escape("".join(_FORMULA))}])""")
-"""The beginning of a cell, in a spreadsheet program whose system settings separate cells by semicolons."""
+"""The beginning of a cell, for a spreadsheet program that separates cells by semicolons because of system settings."""
 _SHOWN = 40  # maximum length of an invalid value in a message
 
 

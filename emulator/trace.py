@@ -72,7 +72,7 @@ class RegisterWrite(TraceEvent):
 
 @dataclass(frozen=True, slots=True)
 class DeviceNote(TraceEvent):
-    """An access that a device refuses, forbids or does not model. ``what`` says which.
+    """An access that a device refuses, forbids or does not model. ``what`` is the kind of access.
 
     ``problem`` is a stable identifier such as "scl-too-fast". ``data`` holds the values in ``text``
     by name.
@@ -97,7 +97,7 @@ class GpioEdge(TraceEvent):
 
 @dataclass(frozen=True, slots=True)
 class TickLate(TraceEvent):
-    """A timer callback that started ``late_ps`` late, because the previous one was running."""
+    """A timer callback that started ``late_ps`` late, because the previous callback was running."""
 
     kind: ClassVar[str] = "tick_late"
     timer: str
@@ -260,7 +260,7 @@ class Trace:
         self._look_who_listens()
 
     def draw_from(self, source: Callable[[], None]) -> None:
-        """Call ``source()`` before rare events are read or added. It calls :meth:`add_kept`."""
+        """Call ``source()`` before rare events are read or added. The source calls :meth:`add_kept`."""
         self._sources.append(source)
 
     def add_kept(self, events: Sequence[TraceEvent], dropped: int) -> None:
@@ -284,7 +284,7 @@ class Trace:
             source()
 
     def subscribe(self, subscriber: Subscriber, *, detail: bool = True) -> Callable[[], None]:
-        """Call ``subscriber(event)`` for later events, for frequent ones only with ``detail``.
+        """Call ``subscriber(event)`` for later rare events and, with ``detail``, for later frequent events.
 
         Return a function that unsubscribes.
         """

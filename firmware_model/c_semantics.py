@@ -1,12 +1,12 @@
 """C semantics that differ from Python: float32, integer division, division by zero, pow(), printf.
 
-A Python float is C's double. A store to a float32 rounds it. Products and quotients of two float32
+A Python float is C's double. Storing it as float32 rounds it. Products and quotients of two float32
 thus match single precision.
 
 ``sprintf`` supports ``%d %i %u %x %X %c %s %f %F %e %E %g %G %%``, flags, width, precision and hh,
 h, l, ll, for int and long of 32 bits (C11 7.21.6.1).
 
-Decision: printf formatting does not use Python's ``%`` operator, because that differs from C.
+Decision: printf formatting does not use Python's ``%`` operator, because the operator differs from C.
 Differences are zero padding with a precision, a precision of 0, ``%#x`` of 0, negative ``%x``, and
 infinities.
 """
@@ -194,7 +194,7 @@ def _characters(spec: _Spec, argument: CArgument) -> str:
 
 
 def _padded(spec: _Spec, prefix: str, body: str, zero_fill: bool) -> str:
-    """Pad right for "-", between prefix and digits for "0", otherwise left."""
+    """Pad on the right for "-", between prefix and digits for "0", otherwise on the left."""
     if "-" in spec.flags:
         return (prefix + body).ljust(spec.width)
     if "0" in spec.flags and zero_fill:

@@ -1,7 +1,7 @@
 """Register-level models of the three sensors on the STEVAL-FCU001V1.
 
-A sensor has registers, accessed at a given virtual time, and physical signals, given to its constructor. It needs only
-numpy.
+A sensor has registers, accessed at a given virtual time, and physical signals, given to its constructor. This package
+needs only numpy.
 
 ================  ================================================================
 part              base class of every sensor, and the I2C protocol

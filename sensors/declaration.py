@@ -32,8 +32,8 @@ class Output:
 class Quantity:
     """Physical quantity that a sensor measures.
 
-    ``axes``: 3 for shape (n, 3) in the sensor's axes, or 1 for (n,); ``one_row``: one row is enough if the signal is
-    constant.
+    ``axes``: 3 for shape (n, 3) in the sensor's axes, or 1 for (n,); ``one_row``: whether one row is enough for a
+    constant signal.
     """
 
     name: str

@@ -1,14 +1,14 @@
 """Deviations of a real sensor: offset, scale, drift with temperature, and noise.
 
-Quality ``ideal`` has no errors. ``typical`` draws normally distributed errors from the seed, limited to three standard
-deviations; its noise has typical strength. In ``worst`` each error is three standard deviations, with random sign;
-each strength is 1.5 times the typical strength.
+Quality ``ideal`` has no errors. In ``typical`` the seed determines normally distributed errors, limited to three
+standard deviations, and noise has its typical strength. In ``worst`` each error is three standard deviations, with
+random sign; each strength is 1.5 times the typical strength.
 
 Decision: a datasheet limit counts as three standard deviations; ST's "standard deviation" and a typical value count as
 one. If all figures counted as limits, the simulated errors would be too small.
 
 Decision: the standard deviation of output data rates is 2.5 % (:func:`rate_deviation`), because ST gives no tolerance.
-Published sensors have +3.7, +1 and -1 % (LSM6DSL family), and +4 % (ISM330DHCX).
+Published deviations are +3.7, +1 and -1 % (LSM6DSL family), and +4 % (ISM330DHCX).
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ Kind: TypeAlias = Literal["limit", "sigma", "typical"]
 """Meaning of a datasheet figure: limit for every sensor, standard deviation, or typical value."""
 
 SIGMAS = 3.0
-"""Largest drawn error in standard deviations; a datasheet limit is this many standard deviations."""
+"""Largest random error in standard deviations; a datasheet limit is this many standard deviations."""
 
 _KINDS: dict[Kind, str] = {"limit": "limit", "sigma": "1 sigma", "typical": "typ."}
 STRENGTHS = {"ideal": 0.0, "typical": 1.0, "worst": 1.5}
@@ -42,8 +42,8 @@ STRENGTHS = {"ideal": 0.0, "typical": 1.0, "worst": 1.5}
 class Figure:
     """Declaration of one error parameter of a sensor.
 
-    ``deviation``: size of an error that can have either sign, else 0; ``typical``: value of a strength, such as a noise
-    density, else 0; ``axes``: 3 for one number per axis.
+    ``deviation``: size of an error of either sign, else 0; ``typical``: value of a strength, such as a noise density,
+    else 0; ``axes``: 3 for one number per axis.
     """
 
     doc: str

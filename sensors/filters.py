@@ -5,8 +5,8 @@ documented cut-off, because no datasheet gives order or shape.
 
 A cascade runs as a state-space system, without a loop; scipy's ``sosfilt`` would add 30 MB.
 
-Decision: a filtered sample is a pure function of its number (:class:`SampledFilter`). Segments of sixteen pages or more
-begin with a warm-up, so a reader that skips an hour pays for one segment.
+Decision: a filtered sample is a pure function of its number (:class:`SampledFilter`). Each segment of sixteen or more
+pages begins with a warm-up. So a reader that skips an hour computes one segment only.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ class Chain:
         self.order = len(b)
         powers = _powers(a, _BLOCK)
         impulse = np.array([d, *(c @ power @ b for power in powers[: _BLOCK - 1])])
-        # Matrices are transposed, since signals are rows.
+        # Matrices are transposed, because signals are rows.
         self._powers = [power.T for power in powers]
         self._to_state = np.array([powers[_BLOCK - 1 - sample] @ b for sample in range(_BLOCK)])
         self._from_state = np.array([c @ power for power in powers[:_BLOCK]]).T.copy()
@@ -124,7 +124,7 @@ class Chain:
         return np.zeros((axes, self.order))
 
     def run(self, page: Array, state: Array) -> tuple[Array, Array]:
-        if not (state.any() or page.any()):  # the input is constant: equal to its reference
+        if not (state.any() or page.any()):  # the input is constant, equal to its reference value
             return np.zeros_like(page), state
         blocks = page.reshape(len(page), _BLOCKS, _BLOCK)
         states = self._states(blocks, state)
@@ -177,7 +177,7 @@ Source: TypeAlias = Callable[[int, int], Array]
 """``source(number, count)``: unfiltered samples, (axes, count)."""
 
 _SEGMENT = 16  # length in multiples of the warm-up pages
-_KEPT = 4  # pages in memory: one for the stream's block, and more for a second reader that lags behind
+_KEPT = 4  # pages in memory: one for the stream's block, the others for a second, slower reader
 
 
 class _Page:

@@ -2,17 +2,18 @@
 
 Decisions where the documents are silent:
 
-* The converter of the LSM6DSL runs at its highest output rate, 6664 Hz by its own oscillator.
+* The converter of the LSM6DSL runs at the highest output rate, 6664 Hz, and is timed by the sensor's oscillator.
 * Analog stages are second-order Butterworth low-passes; the digital filter has fourth order and -3 dB at half the
   output rate, so that later filters keep their cut-off within 0.2 dB.
 * A signal is clipped at the limits of the converter's 16 bits, before any digital filter. Clipping at the
   output instead would turn strong vibration into a plausible mean value.
 
-For slow signals the chain is a pure delay. A signal that is a plain function must return filtered values.
+For slow signals the chain is a pure delay. If a signal is a plain function, the function must return filtered values.
 
-Noise is a pure function of a key and the sample index (Philox). Bias instability, equal in every octave, is a sum of
-twelve interpolated noises with values T = 1 s, 2 s ... 2048 s apart. Each has the density w^2 T sinc^4(f T), their sum
-w^2 / (3 ln 2 f). IEEE Std 952 defines B by B^2 / (2 pi f), so w = sqrt(3 ln 2 / (2 pi)) B.
+Noise is a pure function of a key and the sample index (Philox). Bias instability is equal in every octave. It is
+a sum of twelve interpolated noises, whose values are T = 1 s, 2 s ... 2048 s apart. Each noise has the density
+w^2 T sinc^4(f T); their sum has w^2 / (3 ln 2 f). IEEE Std 952 defines B by B^2 / (2 pi f), so
+w = sqrt(3 ln 2 / (2 pi)) B.
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ _ALL_CLIPPED = 1 - 1e-9  # fraction of full scale; the tolerance for rounding of
 _SLOW = (
     25.0  # if motion is this many times slower than the filters' delay, a pure delay has an error below 1e-3
 )
-_LOOKS_AT_ONCE = 1 << 18  # signal values per block, limits the memory
+_LOOKS_AT_ONCE = 1 << 18  # signal values per block, to limit the memory
 _PRODUCTS_AT_ONCE = 1 << 16
 
 
@@ -61,7 +62,7 @@ _PRODUCTS_AT_ONCE = 1 << 16
 class Kernel:
     """Weights that compute samples from a signal.
 
-    ``look_s``: time between signal values; ``analog``: low-pass on these; ``digital``: low-pass on conversions;
+    ``look_s``: time between signal values; ``analog``: low-pass on them; ``digital``: low-pass on conversions;
     ``late_s``: extra delay; ``highest``: largest absolute value before clipping.
     """
 
@@ -267,7 +268,7 @@ def averaged(signal: Signal, t_s: Times, conversion_s: float) -> Array:
     if not isinstance(signal, DynamicSignal):
         return signal(t_s)
     samples = signal(t_s - conversion_s / 2)
-    # slower motion needs fewer values
+    # slower motion needs fewer signal values
     for looks, enough in ((_FEW_AVERAGED, 1), (_AVERAGED, _FEW_AVERAGED)):
         pace_s = conversion_s * _SLOW_CONVERSIONS / enough
         moving = signal.agitated(t_s[0] - conversion_s, t_s[-1], pace_s)
@@ -383,7 +384,7 @@ class NoiseSource:
 _OCTAVES = 12
 _DRAWN_AT_ONCE = 64  # values of one octave that are drawn together
 _SECONDS_AT_ONCE = 64
-_BEFORE_S = 1 << 20  # numbering starts 12 days before time 0, because filters need earlier values
+_BEFORE_S = 1 << 20  # numbering starts 12 days before time 0, because filters need values from before time 0
 _SIGMA = math.sqrt(3 * math.log(2) / (2 * math.pi))  # standard deviation of an octave's values: w / B
 
 
@@ -397,7 +398,7 @@ class Flicker:
         ]
         self._sigma = _SIGMA * bias_instability
         self._first_s = self._end_s = 0
-        self._at_seconds: Array = np.empty((channels, 0))  # values at the seconds between these
+        self._at_seconds: Array = np.empty((channels, 0))  # values at the whole seconds between these two
 
     def block(self, t_s: Times) -> Array:
         """Return values at ascending times (n,), shape (channels, n)."""
@@ -412,7 +413,7 @@ class Flicker:
         total = np.zeros((len(self._at_seconds), len(seconds)))
         for octave, source in enumerate(self._octaves):
             apart_s = 1 << octave
-            # an offset that puts the interpolation points of the octaves at different times
+            # the offset separates the interpolation points of the octaves in time
             shifted = seconds + apart_s * octave // _OCTAVES
             before, part = shifted // apart_s, shifted % apart_s / apart_s
             drawn = source.block(int(before[0]), int(before[-1] - before[0]) + 2)

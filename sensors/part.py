@@ -35,7 +35,7 @@ Signal: TypeAlias = Callable[[Times], NDArray[np.float64]]
 """A quantity at n times, with shape (n, 3) in the sensor's axes, or (n,). If the quantity's ``one_row`` is True, a
 constant signal may return a single row.
 
-A plain function must return filtered values.
+A signal that is a plain function must return filtered values.
 """
 
 
@@ -46,7 +46,7 @@ class DynamicSignal(Protocol):
     def __call__(self, t_s: Times, /) -> NDArray[np.float64]: ...
 
     def agitated(self, from_s: float, to_s: float, pace_s: float) -> list[tuple[float, float]]:
-        """Return the intervals in which the signal jumps, or comes to rest in less than ``pace_s``."""
+        """Return the intervals in which the signal jumps, or moves from rest to rest in less than ``pace_s``."""
         ...
 
 
@@ -271,7 +271,7 @@ class SelfClearingBits:
 
 
 class _IncrementBit:
-    """Wrapper of a sensor in which an address bit enables the increment."""
+    """Wrapper of a sensor; a bit of the address enables the increment."""
 
     def __init__(self, part: Sensor, bit: int) -> None:
         self._part = part

@@ -1,6 +1,6 @@
 """An interrupt or data-ready pin.
 
-A sensor computes lazily, so it may report an edge late, but with the true time of the edge. A listener that needs
+A sensor computes lazily. So it may report an edge late, but it reports the true time of the edge. A listener that needs
 edges in time calls the sensor's ``catch_up`` at ``next_event_ps``.
 """
 

@@ -9,7 +9,7 @@ A register is a class::
 
 Decision: registers are classes rather than tables of tuples. An editor completes their names, and a misspelt field
 fails at import. A bit is modelled, not modelled (it can be written and read back, with a note), or reserved (not
-declared). This package imports no other, so the classes are here.
+declared). This package imports no other package, so the classes are here.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from types import ModuleType
 from typing import ClassVar, Final
 
 ACCESSES: Final = ("rw", "r", "w", "rc_w0", "rc_w1", "rs")
-"""Read and write, read, write, cleared by writing 0 or 1, set by writing 1."""
+"""In order: read and write; read; write; cleared by writing 0; cleared by writing 1; set by writing 1."""
 
 
 class Bits:
     """Bits ``msb`` down to ``lsb`` of a register.
 
-    ``access``: access to the field, if it differs from the register's. ``count``: number of equal fields, ``step``
-    bits apart; in their names a number, counted from ``first``, replaces the ``x``. ``overlay``: True for a second
-    meaning of bits that another field declares.
+    ``access``: access to the field, if it differs from the register's. ``count``: number of equal fields, which are
+    ``step`` bits apart; in their names a number, counted from ``first``, replaces the ``x``. ``overlay``: True for a
+    second meaning of bits that another field declares.
     """
 
     __slots__ = (
@@ -105,7 +105,7 @@ class Register:
     first: ClassVar[int]
     fields: ClassVar[tuple[Bits, ...]]
     write_mask: ClassVar[int]
-    """Bits that a write can change or act on: "rw" and "w"."""
+    """Bits on which a write has an effect: "rw" and "w"."""
     stored_mask: ClassVar[int]
     """Bits that keep a written value: "rw"."""
 

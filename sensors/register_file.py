@@ -43,7 +43,7 @@ _Plan: TypeAlias = tuple[_Piece, tuple[_Piece, ...]]  # the first piece, and the
 NEVER_PS = 1 << 62  # later than any run; an int, so that comparisons stay fast
 
 _COUNT_BITS = 22  # bits for the length in a plan's key, which stays a small integer
-_ONE_BYTE = tuple(bytes((value,)) for value in range(256))  # a look-up is faster than creating the bytes
+_ONE_BYTE = tuple(bytes((value,)) for value in range(256))  # looking bytes up is faster than creating them
 _LONGEST_KEPT = 64  # bytes of a burst whose plan is cached
 
 
@@ -122,8 +122,8 @@ class RegisterFile:
         self._after: list[AfterHook | None] = [None] * ADDRESSES
         self._on_write: list[WriteHook | None] = [None] * ADDRESSES
         self.outputs: list[SharedOutput] = []
-        # for each byte: how C reads it, and the hooks for which this is valid; with other hooks C calls
-        # Python
+        # for each byte: how C reads it, and the hooks for which this way is valid; if the byte has other
+        # hooks, C calls Python
         self._access: list[tuple[int, _Hooks]] = [(MEMORY, _NO_HOOKS)] * ADDRESSES
         self._bank_bytes = bytearray(ctypes.sizeof(Bank))
         self._bank = Bank.from_buffer(self._bank_bytes)
@@ -150,7 +150,7 @@ class RegisterFile:
     def add_output(
         self, output: SharedOutput, *registers: tuple[type[Register], ReadHook, AfterHook | None]
     ) -> None:
-        """Let C read ``registers`` from the output's train, while they have no other hooks."""
+        """Let C read ``registers`` from the output's train, as long as they have no other hooks."""
         access = OUTPUT + len(self.outputs)
         self._bank.trains[len(self.outputs)] = ctypes.addressof(output.train)
         self.outputs.append(output)
@@ -158,7 +158,7 @@ class RegisterFile:
             self._set_access(register, access, before, after)
 
     def set_status(self, register: type[Register], before: ReadHook) -> None:
-        """Call ``before`` to update ``register``; ``before`` must only take the due samples of all outputs."""
+        """Call the hook ``before`` to update ``register``; the hook may only take due samples of all outputs."""
         self.before_read(register, before)
         self._set_access(register, STATUS, before, None)
 
@@ -283,7 +283,7 @@ class RegisterFile:
         return access if hooks == (self._before[address], self._after[address]) else LIVE
 
     def _read_bytewise(self, address: int, count: int, now_ps: int) -> bytes:
-        """Read byte by byte, because a burst can release a held word, which then shows newer data."""
+        """Read byte by byte: during a burst, a held word can be released and then shows newer data."""
         data = bytearray()
         for _ in range(count):
             data += self.read(address, 1, now_ps)

@@ -1,6 +1,6 @@
 """Samples at an output data rate, and the registers that show the latest one.
 
-Times are integers computed from the index, so 6664 Hz is exact after an hour. A value is a pure function of sample
+Times are integers computed from the index, so 6664 Hz is exact even after an hour. A value is a pure function of sample
 number, configuration and world. Sample numbers continue after a restart, so that each one-shot measurement has
 different noise.
 
@@ -28,10 +28,10 @@ Times: TypeAlias = NDArray[np.float64]
 """Sample times in seconds of virtual time, shape (n,)."""
 
 Producer: TypeAlias = Callable[[int, Times], bytes]
-"""``produce(number, t_s)``: returns register bytes of the samples at ``t_s``, the first with this number."""
+"""``produce(number, t_s)``: returns register bytes of the samples at ``t_s``; the first sample has this number."""
 
 Stamp: TypeAlias = Callable[[int, bytes], bytes]
-"""``stamp(number, data)``: returns register bytes ``data`` of samples, changed if needed."""
+"""``stamp(number, data)``: returns the samples' register bytes ``data``, changed if needed."""
 
 _SMALLEST_BLOCK = 32
 _LARGEST_BLOCK = 4096
@@ -111,7 +111,7 @@ class SampleStream:
         self._block_end = self._block_first
 
     def stop(self) -> None:
-        """Stop; ``data`` keeps the last sample, as in power-down."""
+        """Stop; ``data`` keeps the latest sample, as in power-down."""
         self.next_ps = NEVER_PS
 
     @property
@@ -139,7 +139,7 @@ class SampleStream:
         self._block_length = min(self._block_length, _SMALLEST_BLOCK)
 
     def world_changed(self, now_ps: int | None) -> None:
-        """Discard samples after ``now_ps``, or after the last read."""
+        """Discard samples after ``now_ps``, by default those after the latest sample taken."""
         number = self.next_number(now_ps)
         for forget in self._forgetting:
             forget(number)
@@ -455,7 +455,7 @@ class OutputWords:
             self._mem[self._first : self._end] = swap_bytes(data) if self._big_endian else data
             self._shown = data
             return
-        self._shown = b""  # held words are not updated: refresh again at the next read
+        self._shown = b""  # held words have not been updated, so the next read must refresh them again
         words = swap_bytes(data) if self._big_endian else data
         for offset in range(0, len(data), 2):
             word = self._first + offset

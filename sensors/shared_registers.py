@@ -1,6 +1,6 @@
 """Memory that Python and the chip in C share, so that firmware reads registers without a call of Python.
 
-C reads each byte of a bank by its *access*:
+The *access* of a byte says how C reads the byte:
 
 * ``LIVE``: call Python, because the read has effects that are not declared here;
 * ``MEMORY``: return the byte; reading has no effect;
@@ -8,8 +8,8 @@ C reads each byte of a bank by its *access*:
 * ``OUTPUT`` + n: take the due samples of train n, return the byte, and apply the effects of reading.
 
 A *train* is an output's current sample and the next ones, with their times. The effects of reading a
-byte are constant. ``keep``: status bits that the read does not clear; ``holds``, ``releases``: bytes that block data
-update freezes, or allows to change again.
+byte are constant. ``keep``: status bits that the read does not clear; ``holds``: bytes that block data update then
+freezes; ``releases``: bytes that it then allows to change again.
 A new sample sets the status bits ``flags``. If the previous sample was not read, the new one also sets the overrun
 flags, ``overrun_shift`` bits higher.
 

@@ -65,7 +65,7 @@ if TYPE_CHECKING:
 LONGEST_RUN_S = 1_000_000  # eleven days
 _TRIAL_STEP_S, _LONGEST_TRIAL_S = 0.02, 2.0
 _MOST_TRIAL_ACCESSES, _MOST_TRIAL_FAULTS = 100_000, 1_000
-"""Number of slow operations after which a trial ends. A limit in wall time would depend on the machine."""
+"""Number of slow operations after which a trial ends. A limit in wall time would depend on the machine's speed."""
 
 
 class Board:
@@ -73,14 +73,14 @@ class Board:
 
     ``firmware``: a name (``"lab3"``, ``"template"``, ``"solution"`` or ``"template-arm"``), an ELF,
     HEX or BIN file, a callable that takes the HAL, or None for sensors only.
-    ``scenario``: a name, a path or a loaded scenario, whose firmware is the default.
+    ``scenario``: a name, a path or a loaded scenario. The scenario's firmware is the default.
     ``wiring``: ``"lab3"`` (all sensors on I2C2), ``"fcu001v1"`` (SPI2, as on the real board), or
-    None to select it by the firmware's symbols or a trial.
+    None to select the wiring by the firmware's symbols or a trial.
     ``seed``: selects offsets and noise. The default is the scenario's seed, else 0.
     ``ideal``: sensors without errors, on a board without iron.
     ``cold_start``: True switches the supply on at t = 0, and the board warms up. The LSM6DSL does
     not answer for 15 ms and the LIS2MDL for 20 ms (no acknowledge on I2C, 0xFF on SPI). By default
-    the supply has been on for a long time, or as the scenario says.
+    the scenario decides; without a scenario, the supply has been on for a long time.
     ``crystal_hz``: the chip's crystal, 4 to 26 MHz. The default is the scenario's, else 16 MHz.
 
     Times are virtual seconds since power-on. Close a board with ``close()`` or a ``with`` block.
@@ -281,13 +281,13 @@ class Board:
     ) -> Any:
         """Call a C function of compiled firmware, and return its result.
 
-        Numbers are passed by value. A pointer takes an address, a string, bytes, a structure's
-        members (mapping, object or sequence), or a sequence of target values. Changes of the target
-        are copied back to lists, dictionaries, objects and byte arrays. The chip is then restored,
-        unless ``keep`` is set.
+        Numbers are passed by value. For a pointer, pass an address, a string, bytes, a structure's
+        members (mapping, object or sequence), or a sequence of values to point to. Changes of these
+        values are copied back to lists, dictionaries, objects and byte arrays. The chip is then
+        restored, unless ``keep`` is set.
 
-        ``max_instructions`` limits functions that compute, ``timeout_s`` (virtual time) functions
-        that wait. Raises InputError if the function cannot be called, and CallError if it fails or
+        ``max_instructions`` limits functions that compute; ``timeout_s`` (virtual time) limits
+        functions that wait. Raises InputError if the function cannot be called, and CallError if it fails or
         does not return.
         """
         return self._calls("call").call(name, arguments, keep, max_instructions, timeout_s)
@@ -424,7 +424,7 @@ def _load(
 ) -> Scenario | None:
     if scenario is None:
         return None
-    from fcu_emulator.emulator.scenario import (  # imports pydantic, which plain boards do without
+    from fcu_emulator.emulator.scenario import (  # imports pydantic, which plain boards do not need
         Scenario,
         load_scenario,
     )

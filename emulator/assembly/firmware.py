@@ -1,10 +1,10 @@
 """Selection of a board's firmware and wiring, and execution of the firmware.
 
-CubeMX names the handle of a peripheral after it (``hspi2``, ``hi2c2``). The linked handles select
-the wiring.
+CubeMX names a handle after its peripheral (``hspi2``, ``hi2c2``). The handles that the firmware
+contains select the wiring.
 
-Decision: a firmware with handles of both buses, or without symbols, is tried on each wiring, the
-usual one first. It gets the first wiring on which a sensor answers.
+Decision: a firmware with handles of both buses, or without symbols, is tried on each wiring, first
+on the usual wiring. It gets the first wiring on which a sensor answers.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Choice:
     name: str = ""
     """The firmware's name for the user."""
     reason: str = ""
-    """Reason for this wiring, if it is neither the usual one nor the user's choice."""
+    """Reason for this wiring, if it is neither the usual wiring nor the user's choice."""
     notes: tuple[str, ...] = ()
     """Notes for the user, one line each."""
     factory: FirmwareFactory | None = None

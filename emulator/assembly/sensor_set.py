@@ -1,7 +1,7 @@
 """A board's sensors, and their connection to their bus.
 
-A sensor with a connected pin is evaluated whenever its pins may change, and other sensors only when
-they are read.
+A sensor with a connected pin is evaluated whenever its pins may change. Other sensors are evaluated
+only when they are read.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ from fcu_emulator.sensors.register_file import NoteCallback, WriteLog
 class SensorSet:
     """The sensors of one board, by name: ``sensors["LSM6DSL"]``, or ``sensors.lsm6dsl``.
 
-    ``powered_on_ps``: time of power-on; None: long ago. Raises InputError for settings of absent
-    sensors.
+    ``powered_on_ps``: time of power-on; None if power-on was long ago. Raises InputError for
+    settings of absent sensors.
     """
 
     def __init__(

@@ -1,7 +1,7 @@
 """Snapshots of a board's whole state.
 
 Decision: a snapshot walks the board's objects and records their contents, so that it cannot miss a
-new attribute. Rules of the walk:
+new attribute. For each kind of object, the walk records:
 
 * objects of this package, of ``sensors``, and of subclasses: attributes;
 * lists, dictionaries, sets, deques and byte arrays: contents, restored in place because they are
@@ -62,7 +62,7 @@ class Snapshot:
         self._attributes: list[tuple[dict[str, Any], dict[str, Any]]] = []
         self._slots: list[tuple[Callable[[Any, Any], None], object, Any]] = []
         self._lists: list[tuple[list[Any] | bytearray, list[Any] | bytes]] = []
-        # method to empty it, method to fill it, contents
+        # for each container: method to empty it, method to fill it, contents
         self._others: list[tuple[Any, Any, Any]] = []
         self._asked: list[tuple[Snapshotted, Any]] = []
         self._seen: dict[int, object] = {}  # also keeps the objects alive, so that their ids stay unique
@@ -139,7 +139,7 @@ class Snapshot:
     def _note_cell(self, cell: CellType) -> Iterable[object]:
         try:
             return (cell.cell_contents,)
-        except ValueError:  # the function has not assigned it yet
+        except ValueError:  # the function has not assigned the variable yet
             return ()
 
     def _own(self, one: object) -> Iterator[object]:
@@ -180,4 +180,4 @@ _NOTES: dict[type, Callable[[Snapshot, Any], Iterable[object]]] = {
     FunctionType: Snapshot._note_function,
     CellType: Snapshot._note_cell,
 }
-"""By class: a function that records an object and returns its references."""
+"""By class: a function that records an object of this class and returns its references."""

@@ -55,7 +55,7 @@ class Terminal:
         return bytes(received[start:]), self.uart.dropped + len(received)
 
     def write(self, data: bytes | str) -> None:
-        """Type text or bytes. Raises InputError if not Latin-1."""
+        """Type text or bytes. Raises InputError if the text is not Latin-1."""
         try:
             self.uart.type(data.encode("latin-1") if isinstance(data, str) else bytes(data))
         except UnicodeEncodeError as error:
@@ -80,7 +80,7 @@ class Terminal:
         """Run until ``pattern`` (a regular expression) is printed, and return the match.
 
         The search starts at byte position ``since`` (0: power-on), by default at the end of the
-        output. If no time has passed since the previous match, it starts at the end of that match.
+        output. If no time has passed since the previous match, the search starts at that match's end.
         Raises ExpectationError after ``timeout_s`` of virtual time.
         """
         try:

@@ -1,7 +1,7 @@
 """The board's pins (RM0368 section 8).
 
 A pin is low if any output drives it low. Without outputs, the pull resistor sets the level. A
-floating input reads 0, but noise on the real board. The trace shows edges of the chip's outputs,
+floating input reads 0; on the real board it reads noise. The trace shows edges of the chip's outputs,
 and a released pin as 1.
 
 Decision: two conflicting outputs on a pin are not an error but give 0, because no exercise can
@@ -112,7 +112,7 @@ class Gpio:
     # -- the chip's side --------------------------------------------------------------------------------
 
     def init_output(self, port: str, pin: int) -> None:
-        """Make a pin a push-pull output, 0 unless it was an output before."""
+        """Make a pin a push-pull output. Its level is 0, unless the pin was an output before."""
         self.write(port, pin, self._pins[port, pin].output or 0)
 
     def write(self, port: str, pin: int, level: int, *, open_drain: bool = False) -> None:
@@ -151,7 +151,7 @@ class Gpio:
         return self._pin(port, pin).output
 
     def driven(self, port: str, pin: int) -> int | None:
-        """Return the level without pull resistors, which cannot light a LED."""
+        """Return the level that outputs drive. Pull resistors cannot light a LED."""
         return self._pin(port, pin).driven()
 
     def reads(self, port: str, pin: int) -> int:

@@ -1,7 +1,7 @@
 """I2C bus with whole transfers and injected faults.
 
 A byte takes nine clock periods; start, repeated start and stop take one each (NXP UM10204 3.1). A
-burst returns the sensor's state at its start.
+burst returns the sensor's state at the start of the burst.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ SCANNED_ADDRESSES = 8
 
 
 def is_scan(counts: Iterable[int]) -> bool:
-    """Return whether the numbers of failed transfers, one per address, come from a bus scan.
+    """Return whether these numbers of failed transfers, one per address, result from a bus scan.
 
     A scan tries many addresses equally often.
     """
@@ -167,9 +167,9 @@ class I2CBus:
         self.when_changed: list[Callable[[], None]] = []
         """Functions that are called after a fault has been injected or a device attached."""
         self.elsewhere: list[Callable[[], Iterable[Message]]] = []
-        """Functions that return further latest messages, which only the master has recorded."""
+        """Functions that return those latest messages that only the master has recorded."""
         self.shortest_ps = PS_PER_S // speed_hz if speed_hz < FAST_MODE_HZ else 0
-        """Shortest period of SCL, or 0 for no limit. Firmware cannot make a bus faster that was created slow."""
+        """Shortest period of SCL, or 0 for no limit. If a bus is created slow, firmware cannot make it faster."""
         self.set_speed(speed_hz)
 
     def set_speed(self, speed_hz: int) -> None:
@@ -233,7 +233,7 @@ class I2CBus:
         version = kept.version[0]
         if version != kept.seen:
             if not kept.target.answers():
-                return self.transfer(address, bytes((subaddress,)), count)  # raises the right error
+                return self.transfer(address, bytes((subaddress,)), count)  # raises the error
             kept.read_burst = kept.part.burst_reader(kept.last_burst[0], count)
             kept.data, kept.until_ps = kept.read_burst(now_ps)
             kept.seen = version

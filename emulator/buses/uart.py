@@ -75,14 +75,14 @@ class ArrivalTimes:
     """Arrival times of output bytes; ``number`` counts from 0 at power-on."""
 
     def __init__(self) -> None:
-        self._runs: list[tuple[int, int, Fraction]] = []  # first byte, start and frame of each run
+        self._runs: list[tuple[int, int, Fraction]] = []  # of each run: first byte, start, frame duration
 
     def add(self, first: int, run: _ByteRun) -> None:
         if not self._runs or self._runs[-1][0] != first:
             self._runs.append((first, run.start_ps, run.frame_ps))
 
     def ps(self, number: int) -> int:
-        """Return a byte's arrival time; 0 before the recording."""
+        """Return a byte's arrival time; 0 for a byte before the recording."""
         index = bisect_right(self._runs, number, key=lambda run: run[0]) - 1
         if index < 0:
             return 0
@@ -154,7 +154,7 @@ class Uart:
         self._transceiver: Transceiver | None = None
 
     def frames_ps(self, count: int) -> int:
-        """Return the duration of ``count`` frames, also without a bit clock."""
+        """Return the duration of ``count`` frames, even without a bit clock."""
         frame_ps = self._present_frame_ps()
         return count * frame_ps.numerator // frame_ps.denominator
 
@@ -174,9 +174,9 @@ class Uart:
     # -- sending ----------------------------------------------------------------------------------------
 
     def send(self, data: bytes, until_ps: int) -> int:
-        """Write bytes until ``until_ps``, each to the empty data register.
+        """Write bytes until ``until_ps``, each as soon as the data register is empty.
 
-        Return their number, at least one.
+        Return the number of written bytes, at least one.
         """
         run = self._open_run()
         start_ps = self.idle_ps if run.count() else run.start_ps
@@ -209,7 +209,7 @@ class Uart:
         return self._text
 
     def arrival_times(self) -> ArrivalTimes:
-        """Record arrival times. The caller must forget old times."""
+        """Record arrival times. The caller must drop old times with ``forget``."""
         self.received()
         self._times.append(ArrivalTimes())
         return self._times[-1]

@@ -1,1 +1,1 @@
-"""Boards in real time, which users move, watch and send text to."""
+"""Boards in real time. Users can move a board, watch it, and send text to it."""

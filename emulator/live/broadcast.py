@@ -106,9 +106,7 @@ class Broadcast:
 
     def frame_in_s(self, wall_s: float) -> float:
         frame_s = self._next_frame_s - wall_s
-        if self._clients and (
-            frame_s > 0.0 or self.changed
-        ):  # otherwise the overdue frame would have no changes
+        if self._clients and (frame_s > 0.0 or self.changed):  # an overdue frame without changes can wait
             return frame_s
         return math.inf
 
@@ -120,8 +118,8 @@ class Broadcast:
             self._keep_unseen(wall_s, running)
             return
         if wall_s >= self._next_frame_s and (self.changed or wall_s >= self._next_frame_s + _HEARTBEAT_S):
-            # The next frame is due after the due time of this one; otherwise a slightly late frame would skip
-            # the next one.
+            # The next due time is counted from this frame's due time; otherwise a slightly late frame would
+            # skip the next frame.
             due_s = max(self._next_frame_s, wall_s - _FRAME_S / 2)
             self._last_frame_s, self._next_frame_s = wall_s, due_s + _FRAME_S
             self.changed = False
@@ -169,7 +167,7 @@ class Broadcast:
             self.measure_pace(wall_s)
         is_old = board.now_s - self._truth_s > _TRUTH_S
         if not self._truth or is_old or not board.world.rests(self._truth_s, board.now_s):
-            self._truth = view.truth(board)  # kept, because evaluating an unchanged truth again is expensive
+            self._truth = view.truth(board)  # stored, because evaluating the same truth again is expensive
             self._truth_s = board.now_s
         names = dict.fromkeys(name for watch in self._clients.values() for name in watch.variables)
         values: dict[str, float] = {}

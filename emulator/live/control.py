@@ -17,7 +17,7 @@ _MOST_TEXT = 8192  # bytes of one answer
 
 
 class ControlRequests:
-    """Handler of messages to ``board``. Call it only between slices."""
+    """Handler of messages to ``board``. Call it only between slices of the run."""
 
     def __init__(self, board: Board) -> None:
         self._board = board

@@ -27,7 +27,7 @@ class FileWatch:
         return self._loaded is not None or self._stamp() is not None
 
     def sources(self) -> dict[str, str]:
-        """Return the paths of the source files in the file's folder, by name; {} if it cannot be read."""
+        """Return the paths of the source files in the file's folder, by name; {} if the folder cannot be read."""
         folder = self.path.resolve().parent
         try:
             found = [one for one in islice(folder.iterdir(), _MOST_FILES) if one.suffix in SOURCE_SUFFIXES]
@@ -36,7 +36,7 @@ class FileWatch:
         return {one.name: one.as_posix() for one in sorted(found)}
 
     def changed(self) -> bool:
-        """Return True once per change, when two successive calls find the same file."""
+        """Return True one time per change, as soon as two successive calls find the same file."""
         stamp = self._stamp()
         settled = stamp == self._seen
         self._seen = stamp

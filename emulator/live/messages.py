@@ -1,7 +1,7 @@
 """Commands and events between a page and a session.
 
 Each message is a JSON object. Its ``type`` is the class name in snake case, without Command or
-Event. Its other members are the fields. Times are virtual seconds, and angles are degrees. Terminal
+Event. The other members are the fields of the class. Times are virtual seconds, and angles are degrees. Terminal
 bytes are Latin-1.
 """
 
@@ -25,8 +25,8 @@ MOST_VARIABLES = 16  # watched by one page
 LARGEST_FIRMWARE = 8 << 20  # bytes; ST's stock firmware with full debug information has 4 MB
 LONGEST_COMMAND = 64 << 10  # characters of any command except an upload
 LONGEST_UPLOAD = LARGEST_FIRMWARE * 4 // 3 + 4096  # characters of an upload in base64
-# maximum number of commas, quotes and brackets in a message longer than a command, against expensive JSON; an
-# upload has 15
+# maximum number of commas, quotes and brackets in a message longer than a command; this limits the time to read
+# its JSON; an upload has 15
 _MOST_PIECES = 1000
 FIRMWARE_FILES = (".elf", ".axf", ".out", ".hex", ".bin")
 _LONGEST_NAME = 200
@@ -71,7 +71,7 @@ class StepCommand(PageCommand):
 
 @dataclass(frozen=True)
 class Speed(PageCommand):
-    """Set the ratio of virtual to wall time, 0.01 to 10. Null sets no limit."""
+    """Set the ratio of virtual to wall time, 0.01 to 10. Null removes the limit."""
 
     factor: float | None
 

@@ -1,6 +1,6 @@
 """Server of the page and its WebSocket, on 127.0.0.1 or the user's address.
 
-It runs in its own thread. A slow page receives fewer messages and never slows the board. A page
+The server runs in its own thread. A slow page receives fewer messages and never slows the board. A page
 that sends too fast must wait.
 """
 
@@ -77,7 +77,7 @@ class PageServer:
         listen: str = listening.LOCAL,
     ) -> None:
         try:
-            import websockets.asyncio.server  # noqa: F401 whether it is there
+            import websockets.asyncio.server  # noqa: F401 is it installed?
         except ImportError as error:
             raise websockets_missing() from error
         self.controls: Controls | None = None
@@ -165,7 +165,7 @@ class PageServer:
             await self._stop.wait()
             for caller in list(
                 self._callers
-            ):  # otherwise closing could wait for each request until its time limit
+            ):  # otherwise closing could wait for each unfinished request until its time limit
                 caller.transport.abort()
 
     def _begin(self, server: Server) -> None:

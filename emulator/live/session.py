@@ -45,9 +45,9 @@ if TYPE_CHECKING:
 _SLICE_S = 0.02  # wall time of a slice of the run; a command shortens it
 _STANDING_S = 0.1  # longest wait of a paused board
 _WATCH_S = 0.2  # time between two checks of the firmware's file
-_LAG_FORGIVEN_S = 0.25  # a board that is later than this does not try to catch up
-_STEP_WALL_S = 5.0  # maximum of one step
-# Virtual time: maximum of one step, and the time between two checks for its end
+_LAG_FORGIVEN_S = 0.25  # a board with a longer delay than this does not try to catch up
+_STEP_WALL_S = 5.0  # longest wall time of one step
+# Virtual time: longest duration of one step, and the time between two checks for the step's end
 _STEP_PS = {"second": PS_PER_S, "line": 10 * PS_PER_S, "tick": PS_PER_S}
 _STEP_SLICE_PS = {"second": 10 * PS_PER_MS, "line": PS_PER_MS, "tick": PS_PER_MS // 20}
 
@@ -317,7 +317,7 @@ class LiveSession:
         self._halted = self._debugger is not None and self._debugger.halted
 
     def _again(self, setup: Setup, why: str, hold: bool = True, loaded: bool = False) -> None:
-        """Power on with another firmware or scenario. On failure, report it and keep the board."""
+        """Power on with another firmware or scenario. On failure, report the failure and keep the board."""
         try:
             self._begin(setup, hold)
         except Exception as error:

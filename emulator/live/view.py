@@ -170,7 +170,7 @@ class Load:
         self._line = 0.0
 
     def figures(self) -> dict[str, float]:
-        """Return timer counts, callback duration in ms, and the line's busy share."""
+        """Return timer counts, callback duration in ms, and the share of time in which the line is busy."""
         board, timer = self._board, self._board.timer
         looks, seen = self._recorder.looks_at_callback, self._recorder.callback_seen
         if looks - self._before[0] >= _LOOKS_OF_LOAD:

@@ -82,7 +82,7 @@ class PythonCpu:
             with suppress(greenlet_error):  # the greenlet belongs to a thread that has ended
                 self._context.parent = (
                     getcurrent()
-                )  # the end of the stack continues here, which may be inside another firmware
+                )  # control then returns here, even if this code runs inside another firmware
                 self._context.throw()
 
     def snapshot(self) -> None:
@@ -143,7 +143,7 @@ class PythonCpu:
             self.wait_until(min(clock.next_ps, until_ps))
 
     def elapse(self, duration_ps: int) -> None:
-        """Let a duration pass, not counting handlers that preempt it."""
+        """Let a duration pass; the time of handlers that preempt it is added."""
         clock = self._clock
         end_ps = clock.now_ps + duration_ps
         while clock.next_ps <= end_ps:

@@ -82,13 +82,13 @@ class VirtualHal(HalGpio):
         return self._clock.now_ps // PS_PER_MS
 
     def HAL_Delay(self, delay_ms: int) -> None:
-        """Wait for ``delay_ms`` ticks, which may take up to one tick less."""
+        """Wait for ``delay_ms`` ticks. The first tick may be incomplete."""
         self._cpu.wait_until((self.HAL_GetTick() + delay_ms) * PS_PER_MS)
 
     # -- I2C --------------------------------------------------------------------------------------------
 
     def HAL_I2C_Mem_Read(self, dev_address: int, mem_address: int, size: int) -> tuple[int, bytes]:
-        """Return (status, data); HAL_BUSY in an interrupt during a transfer of main()."""
+        """Return (status, data); HAL_BUSY if an interrupt handler calls this during a transfer of main()."""
         if self._transferring:
             return HAL_BUSY, b""
         bus, clock = self._i2c, self._clock

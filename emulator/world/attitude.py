@@ -3,15 +3,15 @@
 Matrices R (N, 3, 3) map board to world vectors. Euler angles (N, 3) are roll, pitch, yaw in degrees with R =
 Rz(yaw) Ry(pitch) Rx(roll). Source: Diebel, "Representing Attitude" (2006), sections 5.4, 6.2 and 8.
 
-Decision: a piece's angular rate is the analytic derivative of its rotation, because numerical differentiation
-would appear as noise.
+Decision: a piece's angular rate is the analytic derivative of its rotation, because errors of a numerical
+differentiation would appear as noise.
 
-Decision: the figure-of-eight that calibrates a compass is planned along the magnetic field at its start.
+Decision: the figure-of-eight that calibrates a compass is planned along the magnetic field at the motion's start.
 In board axes, three twists move the tip of the field vector along Viviani's curve to both ends of all axes. So
 the lab's MagCalibration finds the hard iron.
 
-Decision: a second figure-of-eight is drawn as by a hand, without knowledge of the field. After two turns, an error
-of about 20 mgauss remains.
+Decision: a second figure-of-eight imitates a hand, which does not know the field. After two turns, an error of
+about 20 mgauss remains.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ def axis_and_angle(matrix: Array) -> tuple[Array, Array]:
         products[:, 1 + i, 1 + j] = products[:, 1 + j, 1 + i] = matrix[:, j, i] + matrix[:, i, j]
     largest = np.einsum("nii->ni", products).argmax(axis=1)
     quaternion = products[np.arange(len(matrix)), largest]
-    quaternion *= np.where(quaternion[:, :1] < 0.0, -1.0, 1.0)  # the shorter way round
+    quaternion *= np.where(quaternion[:, :1] < 0.0, -1.0, 1.0)  # the rotation of at most half a turn
     sine = np.sqrt((quaternion[:, 1:] ** 2).sum(axis=1))
     angle = 2.0 * np.arctan2(sine, quaternion[:, 0])
     still = sine == 0.0
@@ -131,7 +131,7 @@ class Attitude(Protocol):
 
     @property
     def pace_s(self) -> float:
-        """Seconds from one rest to another, or for a quarter turn; 0 if the attitude jumps."""
+        """Duration in s of a motion from rest to rest, or of a quarter turn; 0 if the attitude jumps."""
         ...
 
     def rotation(self, t_s: Array, /) -> Array: ...
@@ -141,12 +141,12 @@ class Attitude(Protocol):
     def acceleration_dps2(self, t_s: Array, /) -> Array: ...
 
     def euler_deg(self, t_s: Array, /) -> Array:
-        """Return roll, pitch, yaw (N, 3), which may be beyond +-180 if the command was."""
+        """Return roll, pitch, yaw (N, 3). They are beyond +-180 only if commanded angles were."""
         ...
 
 
 class Held:
-    """Rest at ``euler_deg`` (3,), which are the start values of a following sweep."""
+    """Rest at ``euler_deg`` (3,). A following sweep starts at these values."""
 
     pace_s = math.inf
 
@@ -302,7 +302,7 @@ class RecordedAttitude:
 
     def _arcs(self, t_s: Array) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], Array, Array, Array]:
         row = np.clip(np.searchsorted(self.row_s, t_s, side="right") - 1, 0, self.row_s.size - 2)
-        used, of_time = np.unique(row, return_inverse=True)  # many samples are on one arc
+        used, of_time = np.unique(row, return_inverse=True)  # one arc usually has many samples
         start = euler_to_matrix(self.row_deg[used])
         axis, angle = axis_and_angle(start.transpose(0, 2, 1) @ euler_to_matrix(self.row_deg[used + 1]))
         return row, start[of_time], axis[of_time], angle[of_time]
@@ -312,9 +312,9 @@ class RecordedAttitude:
 
 
 X, Y, Z = np.eye(3)
-# pairs of board axes for Twist. If the field is along X, the lobes go to +-Y, to +-Z, and from +X to -X
+# Pairs of board axes for Twist. With the field along X, their lobes go to +-Y, to +-Z, and from +X to -X.
 EIGHTS = ((Z, Y), (Y, Z), (Z, X))
-APPROACH = 0.1  # share of the time to reach the field's direction, and again to return
+APPROACH = 0.1  # share of the duration for the turn to the field's direction, and for the turn back
 
 
 @dataclass(frozen=True, eq=False)

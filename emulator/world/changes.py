@@ -1,4 +1,4 @@
-"""Changes of the world: their start times, planned motions that they discard, and callbacks to observers."""
+"""Changes of the world: start times, planned motions that a change discards, and callbacks to observers."""
 
 from __future__ import annotations
 

@@ -1,12 +1,12 @@
 """Pieces of attitude and altitude that follow a target which changes often, for example with a mouse.
 
 A board follows a steady hand with a delay of 3 / w. With w = 4 / time constant, this delay is three quarters of the
-time constant, and a quarter remains for the time between commands. For an attitude, the deviation x is the rotation
-vector from target to board. Its derivatives use the right Jacobian of SO(3) (Chirikjian, "Stochastic Models,
+time constant. The remaining quarter is for the time between commands. For an attitude, the deviation x is the rotation
+vector from target to board. The derivatives of x use the "right Jacobian" of SO(3) (Chirikjian, "Stochastic Models,
 Information Theory, and Lie Groups" 2, 2012, section 10.3).
 
-Decision: a board approaches a target that it follows with three equal poles, so that its acceleration is continuous
-over all commands.
+Decision: a followed target is approached with three equal poles, so that the board's acceleration is continuous over
+all commands.
 """
 
 from __future__ import annotations
@@ -142,7 +142,7 @@ class FollowedAttitude:
         return matrix_to_euler(self.rotation(t_s))
 
 
-SMALL = 0.05  # rad; below it the series are exact to 1e-13
+SMALL = 0.05  # rad; at smaller angles the series are exact to 1e-13
 
 
 def jacobian(x: Array) -> Array:

@@ -1,11 +1,11 @@
 """A hand that holds the board: its wrist, about which the board turns, and its tremor.
 
-The tremor is a sum of four sinusoids, whose strength rises and falls as in measured tremors. Its value in mg is the
-peak of one sinusoid with the same mean square, at the back of the hand. Sources: Wade, Gresty and Findley,
+The tremor is a sum of four sinusoids, whose strength rises and falls as in measured tremors. The strength in mg is
+the peak of a single sinusoid with the same mean square, at the back of the hand. Sources: Wade, Gresty and Findley,
 Arch. Neurol. 39, 1982 (10 mg, 2.5 Hz); Lakie et al., J. Physiol. 593, 2015 (6 to 12 Hz).
 
-Decisions: the tremor bends the wrist, and turns the hand half as far about the two other axes, which is an
-assumption. Its phases are constant, because the seed selects the board, not the hand.
+Decisions: the tremor bends the wrist, and turns the hand half as far about the two other axes (an assumption).
+The tremor's phases are constant, because the seed selects the board, not the hand.
 """
 
 from __future__ import annotations

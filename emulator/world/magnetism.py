@@ -2,8 +2,9 @@
 
 Users give fields in NED microtesla. Inside the program, fields are in NWU mgauss (1 uT = 10 mgauss).
 
-Decision: a desk or a radiator is a sphere of soft steel. It bends a uniform field as a dipole with the moment R^3 B
-does (Jackson, "Classical Electrodynamics", 5.11, for a large permeability). It may also have a permanent moment.
+Decision: a desk or a radiator is a sphere of soft steel. It bends a uniform field in the same way as a dipole with
+the moment R^3 B (Jackson, "Classical Electrodynamics", 5.11, for a large permeability). It may also have a
+permanent moment.
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ def earth_field(
     year = _decimal_year(date)
     if north not in ("magnetic", "true"):
         raise InputError(f'north must be "magnetic" or "true", not {north!r}', kind="choice")
-    from pygeomag import GeoMag  # only scenarios that name a place need it
+    from pygeomag import GeoMag  # only scenarios that name a place need this module
 
     model = GeoMag(coefficients_file="wmm/WMM_2025.COF")
     first, last = model.life_span
@@ -78,7 +79,7 @@ def _decimal_year(date: dt.date) -> float:
 class Magnet:
     """A dipole that moves to the north on a line east of the board.
 
-    It points west, so that it deflects the compass.
+    The dipole points west, so that it deflects the compass.
     """
 
     closest_s: float

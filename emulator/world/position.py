@@ -17,7 +17,7 @@ class Coordinate(Protocol):
 
     @property
     def pace_s(self) -> float:
-        """Seconds from one rest to another; 0 if the position jumps."""
+        """Duration in s of a motion from rest to rest; 0 if the position jumps."""
         ...
 
     def position_m(self, t_s: Array, /) -> Array: ...

@@ -6,7 +6,7 @@ Columns may have any order; each group may be omitted::
     t_s, roll_deg,pitch_deg,yaw_deg, north_m,east_m, alt_m
 
 The time must increase from row to row. Values between rows are linear (attitude: shortest arc; position: smooth).
-Before the first row and after the last row, their values apply.
+The first row's values also apply before it, and the last row's values after it.
 
 Decision: recordings have a separate, strict reader, so that errors name the file and the line.
 """

@@ -1,4 +1,4 @@
-"""One quantity over time: the pieces of its track, overlays that are added, and the pace of a motion.
+"""One quantity over time: the pieces of its track, overlays that are added to it, and the pace of a motion.
 
 A constant result has one row, so that a world at rest is cheap. A hand's motion has minimum jerk (Flash and
 Hogan, J. Neurosci. 5, 1985).
@@ -76,7 +76,7 @@ class Track(Generic[P]):
             del self._starts[:old], self._pieces[:old]
 
     def evaluate(self, t_s: Array, function: Callable[[P, Array], Array]) -> Array:
-        """Return ``function(piece, t_s)`` of the active pieces at ``t_s`` (N,). The first axis is N, or 1 if constant.
+        """Return ``function(piece, t_s)`` of the active pieces at ``t_s`` (N,). Its first axis is N, or 1 if constant.
 
         Raises InputError for a time whose piece was dropped.
         """
@@ -122,11 +122,11 @@ class Span(NamedTuple, Generic[P]):
 
 
 class Spans(Generic[P]):
-    """Events with a start and an end, which are found by time among any number of past events."""
+    """Events with a start and an end. Finding events by time is fast even with many past events."""
 
     def __init__(self) -> None:
         self._recent: list[Span[P]] = []
-        self._past: list[Span[P]] = []  # in the order of their ends, all before the ends of recent events
+        self._past: list[Span[P]] = []  # in the order of their ends; all ended before the recent events
         self._count = 0
         self._oldest_s = -math.inf
 
@@ -205,17 +205,17 @@ class Overlays(Spans[P]):
 class Agitation(Spans[float]):
     """Intervals in which a quantity jumps or moves fast, so that sensors must sample densely.
 
-    Each event is the pace of a motion: the seconds from one rest to another, or 0 for a jump.
+    Each event is the pace of a motion: its duration in s from rest to rest, or 0 for a jump.
     """
 
     def add(self, start_s: float, end_s: float, event: float = 0.0) -> None:
         """Add a motion with the pace ``event`` from ``start_s`` to ``end_s``; the default pace is that of jumps.
 
-        A jump at the beginning of the world is ignored, because the state existed before it.
+        A jump at the beginning of the world is ignored, because the new state also applies before the jump.
         """
         if end_s <= 0.0:
             return
-        if self._recent:  # a hand's commands, 50 per second, are joined to one motion
+        if self._recent:  # the commands of a hand, 50 per second, become one motion
             last = self._recent[-1]
             if last.event == event and last.start_s <= start_s <= last.end_s:
                 self._recent[-1] = last._replace(end_s=max(last.end_s, end_s))

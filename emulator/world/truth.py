@@ -58,8 +58,8 @@ ROOM_PERCENT = 45.0
 HISTORY_CHANGES = (
     65_536  # changes of one quantity, 1.2 kB each: 20 minutes of a hand with 50 commands per second
 )
-KEPT_S = 60.0  # seconds that are always kept, because the filters of the sensors need them
-RECENT_S = 5.0  # changes of this time are searched one by one
+KEPT_S = 60.0  # seconds of history that are always kept, because the filters of the sensors need them
+RECENT_S = 5.0  # changes within this time are searched one by one
 UP = np.array([0.0, 0.0, 1.0])
 NOTHING = np.zeros((1, 3))
 HALF_TURN_DEG = 180.0
@@ -127,7 +127,7 @@ class Truth:
     def compass_deg(self, t_s: npt.ArrayLike) -> Array:
         """Return roll, pitch and yaw (N, 3) like `attitude_deg`, but with the yaw from magnetic north.
 
-        Disturbances do not change magnetic north. For a vertical field it is the north of the world frame.
+        Disturbances do not change magnetic north. For a vertical field, it is the world frame's north.
         """
         compass = self.attitude_deg(t_s)
         earth = _sampled(lambda t: self._earth.evaluate(t, Constant.value), t_s)
@@ -142,7 +142,7 @@ class Truth:
     def linear_acceleration_g(self, t_s: npt.ArrayLike) -> Array:
         """Return the modulus of the board's acceleration without gravity, (N,) in g.
 
-        For a recording, it is the difference between the moduli of specific force and gravity.
+        For a recording, the result is the difference between the moduli of specific force and gravity.
         """
         return _sampled(lambda t: self._signals["acc"].evaluate(t, self._linear_g), t_s)
 
@@ -368,7 +368,7 @@ def _of_signal(signal: Signal, t_s: Array) -> Array:
 
 
 class Sensed:
-    """One quantity at the input of a sensor. Before power-on, it has its value at power-on."""
+    """One quantity at the input of a sensor. Before power-on, the quantity has its value at power-on."""
 
     def __init__(
         self,

@@ -1,7 +1,7 @@
 """The world for scenarios, the web page and tests: truth, motions, and setters.
 
-A motion starts at ``start_s`` of virtual time (None: now) and discards later motions of the same quantity. Its
-method returns the end time. Shakes and magnetic disturbances are added.
+A motion starts at ``start_s`` of virtual time (None: now) and discards later motions of the same quantity. The
+method returns the motion's end time. Shakes and magnetic disturbances are added to other motions and fields.
 """
 
 from __future__ import annotations
@@ -191,7 +191,7 @@ class World(Changes):
     def follow_altitude(
         self, metres: float, time_constant_s: float = TIME_CONSTANT_S, start_s: float | None = None
     ) -> float:
-        """Rise or sink towards ``metres`` above the floor, as `follow_attitude` turns."""
+        """Rise or sink towards ``metres`` above the floor, in the manner of `follow_attitude`."""
         target_m = limits.ALTITUDE.check("metres", metres)
         time_constant = limits.TIME_CONSTANT.check("time_constant_s", time_constant_s)
         start = self._start(start_s)
@@ -210,7 +210,7 @@ class World(Changes):
         time_constant_s: float = TIME_CONSTANT_S,
         start_s: float | None = None,
     ) -> float:
-        """Move a hand-held magnet, which points west, to a place relative to the board, as `follow_attitude` turns."""
+        """Move a hand-held magnet, which points west, to a place relative to the board, like `follow_attitude`."""
         named = (("north_m", north_m), ("west_m", west_m), ("up_m", up_m))
         place = np.array([limits.PLACE.check(name, value) for name, value in named])
         limits.DISTANCE.check("distance of the magnet from the board", float(np.linalg.norm(place)))
@@ -365,7 +365,7 @@ class World(Changes):
     ) -> float:
         """Turn the board ``turns`` times in the figure of eight for the calibration, and back to the start.
 
-        ``by`` "field" makes the calibration exact; "hand" makes it nearly exact after two turns.
+        With ``by`` "field", the calibration is exact; with "hand", it is nearly exact after two turns.
         """
         if limits.TURNS.check("turns", turns) % 1.0:
             raise InputError(f"turns must be a whole number, not {turns!r}", kind="not_whole")
@@ -442,7 +442,7 @@ class World(Changes):
     ) -> float:
         """Accelerate by ``amplitude_g`` cos(2 pi f t) along a world axis.
 
-        It ends after the last complete period within ``duration_s``.
+        The shaking ends after the last complete period within ``duration_s``.
         """
         if axis not in SHAKE_DIRECTIONS:
             raise InputError(
@@ -541,7 +541,7 @@ class World(Changes):
         return self._disturb_pressure(start, end, Wind(start, end, speed))
 
     def slam_door(self, push_hpa: float = DOOR_HPA, start_s: float | None = None) -> float:
-        """Slam a door, which pushes air into the room for about a second; negative: pull it open."""
+        """Slam a door, which pushes air into the room for about a second. A negative value pulls the door open."""
         start, push = self._start(start_s), limits.PUSH.check("push_hpa", push_hpa)
         return self._disturb_pressure(start, start + DOOR_LASTS_S, SlammedDoor(start, push))
 

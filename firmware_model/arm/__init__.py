@@ -9,7 +9,7 @@ BUSES = ("I2C2", "SPI2")
 
 
 def sources() -> Path:
-    """Return the folder with support/, template/, scaffold/, and in a clone solution/."""
+    """Return the folder with support/, template/, scaffold/, and (only in a clone) solution/."""
     return Path(__file__).parent  # packages are always installed unpacked
 
 

@@ -1,7 +1,7 @@
 """Common driver functions: status codes and register updates.
 
 Decision: a driver's set-up is a table of steps, in the order of ST's drivers (STSW-FCU001). Each
-step is one read and one write.
+step makes one read and one write.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ Decision: the driver of the LPS22HB sets IF_ADD_INC in the transaction in which 
 it, because bursts need this bit.
 
 Decision: ``LPS22HB_WaitForData`` is an addition. ST's main.c may read its reference pressure before
-the first conversion, which gave 758.4 hPa.
+the first conversion; then the value was 758.4 hPa.
 """
 
 from __future__ import annotations

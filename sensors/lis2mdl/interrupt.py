@@ -2,7 +2,7 @@
 
 Decisions:
 
-* MROI needs IEN = 1 (AN5069 10.2); the datasheet calls it "always enabled".
+* MROI needs IEN = 1 (AN5069 10.2); the datasheet calls MROI "always enabled".
 * the threshold is unsigned and has 16 bits, as in the datasheet's Table 38; AN5069 says 15 bits.
 * INT signals crossings only, not MROI (range overflow).
 * a changed interrupt setting takes effect at the next sample; IEN = 0 and IEA take effect at once.
@@ -138,7 +138,7 @@ Shown: TypeAlias = Literal["INT", "DRDY"]
 
 
 class IntDrdyPin:
-    """The pin: shows INT if enabled, else DRDY; high impedance if neither is enabled, or in 4-wire SPI."""
+    """The pin: shows INT if INT is enabled, else DRDY; high impedance if both are off, or in 4-wire SPI."""
 
     def __init__(self) -> None:
         self.pin = Pin("INT/DRDY", level=None)

@@ -1,14 +1,14 @@
 """The LIS2MDL's measurement: conversion of magnetic field to counts (datasheet Table 3; AN5069 sections 3, 8, 9).
 
 A measurement is the mean field plus noise, plus the offset Hoff after a set pulse, or minus Hoff after a
-reset pulse. OFF_CANC averages both, so Hoff cancels. Without OFF_CANC there are only set pulses, one every 63
-samples and one when the sensor leaves idle.
+reset pulse. OFF_CANC averages both kinds of measurement, so Hoff cancels. Without OFF_CANC there are only set
+pulses: one every 63 samples and one when the sensor leaves idle.
 
-Decisions: LPF of the LIS2MDL is the mean of two measurements. This filter has -3 dB at exactly ODR/4, and reduces noise
-as in Table 3. It has no effect on single measurements.
+Decisions: the filter LPF of the LIS2MDL is the mean of two measurements. It has -3 dB at exactly ODR/4, and reduces
+noise as in Table 3. LPF has no effect on single measurements.
 
 Decisions where the documents are silent: the 63 samples are counted from the pulse at which the sensor leaves
-idle; alternation continues from the last polarity. Offsets left by strong fields are not modelled.
+idle; alternation continues from the latest polarity. Offsets left by strong fields are not modelled.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class MagnetometerSettings:
 
     rate: Fraction  # by the sensor's own clock, Hz
     turn_on_ps: int  # duration of one conversion, and of a single measurement (AN5069 Table 8)
-    conversion_s: float  # conversion time of one polarity
+    conversion_s: float  # conversion time of a measurement with one polarity
     averaging: bool  # OFF_CANC or LPF in continuous mode
     alternating: bool  # set and reset pulses in turn
     periodic_set: bool  # Set_FREQ = 0
@@ -198,7 +198,7 @@ class Magnetometer:
 
 DEGC_PER_LSB = 1 / 8
 ZERO_DEGC = 25.0  # the temperature at which the register reads 0
-TEMPERATURE_COUNTS = 2048  # in both directions
+TEMPERATURE_COUNTS = 2048  # largest deviation from ZERO_DEGC, up and down
 
 
 class MagnetometerTemperature:

@@ -1,8 +1,8 @@
 """The LIS2MDL's behaviour behind its registers.
 
-Decisions where the documents are silent: triggering a single measurement does not clear Zyxda (ST's own examples poll
-in such a loop); a per-axis flag is cleared by its high byte; registers answer during REBOOT, but not after power-on.
-A note reports a measurement with COMP_TEMP_EN = 0, because the bit "must be 1" (datasheet 8.5).
+Decisions where the documents are silent: triggering a single measurement does not clear Zyxda (in ST's examples, the
+polling loop triggers); a per-axis flag is cleared by its high byte; registers answer during REBOOT, but not during the
+boot after power-on. A note reports a measurement with COMP_TEMP_EN = 0, because the bit "must be 1" (datasheet 8.5).
 """
 
 from __future__ import annotations
@@ -50,8 +50,8 @@ _BURST_WRAP = {0x6D: 0x68}  # after Z a burst continues at X, never at the tempe
 class LIS2MDL(Sensor):
     """Magnetometer with thermometer; ``magnetic_field_mgauss``: (n, 3) in the sensor's axes.
 
-    ``powered_on_ps``: None if already started; registers answer 20 ms later. ``int_idle_level``: bit INT while IEN = 0
-    and IEA = 0.
+    ``powered_on_ps``: time of power-on, 20 ms before registers answer; None if already started. ``int_idle_level``: bit
+    INT while IEN = 0 and IEA = 0.
     """
 
     NAME: ClassVar[str] = "LIS2MDL"
@@ -177,7 +177,8 @@ class LIS2MDL(Sensor):
 
     def _write_config_a(self, old: int, new: int, now_ps: int) -> None:
         main, clearing = self.registers, self._clearing
-        main.mem[CFG_REG_A.addr] = old  # a single measurement may have ended meanwhile: process its end first
+        # First process the end of a single measurement, which may have come before this write.
+        main.mem[CFG_REG_A.addr] = old
         self._refresh(0, 0, now_ps)
         main.mem[CFG_REG_A.addr] = new
         self._note(_forbidden_in_a, old, new, now_ps)
@@ -219,7 +220,7 @@ class LIS2MDL(Sensor):
             self._drives_after_output = True
             self.registers.after_read(
                 OUT, self._after_output
-            )  # added only now, because it makes reads slower
+            )  # added only when needed, because this hook makes reads slower
         self._drive_pin(now_ps)
         self._outputs.field.one_by_one = not self._modes.continuous or self._pin.shows == "DRDY"
 

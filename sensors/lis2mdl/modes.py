@@ -1,7 +1,7 @@
 """The LIS2MDL's modes and its output registers (AN5069 sections 3, 6 and 7).
 
-Decisions where the documents are silent: a second MD = 01 during a single measurement does not restart it (ST's own
-examples poll in such a loop). REBOOT ends in idle after one measurement.
+Decisions where the documents are silent: a second MD = 01 during a single measurement does not restart it (ST's
+examples write MD = 01 in their polling loop). REBOOT ends in idle after one measurement.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Streams:
     def start(self, now_ps: int, first_delay_ps: int, rate: Fraction | None, *, temperature: bool) -> None:
         """Leave idle: take one sample after ``first_delay_ps``, then sample at ``rate``."""
         self.pulses.leave_idle(self.next_number())
-        self.compared.index = self.field.index  # the numbers continue although this stream was not read
+        self.compared.index = self.field.index  # equal numbers in both streams, even if this one was not read
         self.temperature.stop()
         running = (
             (self.field, self.compared, self.temperature) if temperature else (self.field, self.compared)
@@ -99,7 +99,7 @@ class Outputs:
 
 BOOT_PS = 20 * PS_PER_S // 10**3  # AN5069 sections 3 and 7: power-on and REBOOT
 CONTINUOUS, SINGLE, IDLE = 0, 1, 3  # CFG_REG_A.MD; 2 is also idle
-_AFTER_BOOT = 4  # a single measurement while MD reads idle
+_AFTER_BOOT = 4  # the single measurement after a boot; meanwhile MD reads idle
 
 
 class Modes:

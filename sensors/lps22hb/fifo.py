@@ -1,7 +1,7 @@
 """The LPS22HB's FIFO: 32 levels of pressure and temperature (datasheet section 5, 9.8 and 9.16).
 
 FIFO mode stops at the first sample that does not fit. Stream mode overwrites the oldest level. Reads of an
-empty FIFO return the last level again, except in dynamic stream mode.
+empty FIFO return the latest level again, except in dynamic stream mode.
 
 Decisions where the datasheet is silent or contradicts itself: in FIFO mode, storing stops when the FIFO is full
 (contrary to 5.2);
@@ -41,7 +41,7 @@ _OFF = (Behaviour.BYPASS, Behaviour.BYPASS)
 
 
 class PressureFifo:
-    """The FIFO. ``on``: it is not in bypass. ``active``: it is on, or a trigger can switch it on."""
+    """The FIFO. ``on``: its mode is not bypass. ``active``: it is on, or a trigger can switch it on."""
 
     def __init__(self) -> None:
         self._levels: deque[bytes] = deque()  # unread, oldest first

@@ -1,11 +1,11 @@
 """The LPS22HB's pressure interrupt: reference, comparison and pin (datasheet 9.1 to 9.15, figure 22).
 
 AUTOZERO and AUTORIFP store a sample in REF_P; the interrupt compares the pressure with REF_P. AUTOZERO also subtracts
-REF_P from the output, instead of RPDS.
+REF_P, instead of RPDS, from the output.
 
 Decisions where the datasheet is silent: the measured pressure is the pressure before RPDS is subtracted; the sample
 stored in REF_P is itself shown relative to REF_P; RESET_AZ clears REF_P and RESET_ARP does not; a difference equal to
-the threshold sets neither flag; switching a comparison off clears its flag unless latched.
+the threshold sets neither flag; switching a comparison off clears its flag unless the flag is latched.
 
 Decisions: with INT_S = 0 the pin shows the enabled data signals ORed together, as in figure 22. Data-ready is P_DA.
 """

@@ -2,8 +2,8 @@
 
 Decisions where the datasheet is silent: while the FIFO is on and empty the output registers are unchanged; RESET_AZ,
 RESET_ARP and SWRESET act at once and read 1 for 10 us; SWRESET keeps RPDS and RES_CONF; a write of ONE_SHOT during a
-measurement has no effect; a new rate aborts it; BOOT takes one period, or 1 ms in power-down, changes no setting, and
-registers work meanwhile.
+measurement has no effect; a new rate aborts the measurement; BOOT takes one period, or 1 ms in power-down; it changes
+no setting, and registers work during BOOT.
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ _BURST_WRAP = {_TEMP_OUT_H: PRESS_OUT.addr}  # a burst wraps within the output (
 class LPS22HB(Sensor):
     """Barometer with thermometer; ``pressure_hpa`` and ``temperature_degc``: (n,).
 
-    ``rpds_counts_per_lsb``: 256, or 1 as in ST's driver; ``powered_on_ps``: None if it has started up; ``trimming_ps``:
+    ``rpds_counts_per_lsb``: 256, or 1 as in ST's driver; ``powered_on_ps``: None if already started; ``trimming_ps``:
     duration of BOOT_STATUS after power-on; ``power_on_counts``: PRESS_OUT before the first sample (0x2F6666 was seen).
     """
 

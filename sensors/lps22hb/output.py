@@ -19,7 +19,7 @@ from fcu_emulator.sensors.shared_registers import bit, new_train
 class Pipeline:
     """The path of a sample: reference, interrupt, FIFO and pin.
 
-    ``every_sample``: whether one of them must process each sample.
+    ``every_sample``: whether one of these stages must process each sample.
     """
 
     def __init__(self, mem: bytearray, rpds_counts_per_lsb: int) -> None:
@@ -88,7 +88,7 @@ _HELD = sum(bit(address) for address in range(_FIRST, _END))
 class PressureOutput:
     """The output registers.
 
-    ``latest``: the latest sample, five bytes; ``stale``: the next read must update the registers.
+    ``latest``: the latest sample, five bytes; ``stale``: whether the next read must update the registers.
     """
 
     def __init__(self, registers: RegisterFile, latest: bytes) -> None:
@@ -122,7 +122,7 @@ class PressureOutput:
             self._mem[_FIRST:_END] = sample
 
     def account(self, first: int, end: int) -> bool:
-        """Apply a read of one output; return whether it clears P_DA."""
+        """Apply the effects of a read of one output; return whether the read clears P_DA."""
         if first <= _PRESS_OUT_H < end:
             self._mem[STATUS.addr] &= P_READ
             self._hold(on=False)

@@ -3,12 +3,13 @@
 Samples pass the front end, deviation, noise, self-test, the selected filters and the user offset.
 
 Decisions about order and shape of filters (AN5040 3.7): LPF1 at ODR/2, or at 740 Hz outside high performance, precedes
-decimation, and all other filters run at the output rate; low-pass filters start settled, others with zero.
+decimation, and all other filters run at the output rate; low-pass filters start settled, other filters with zero.
 
-Decision: the event functions' filters, switched on while the accelerometer runs, start settled on the next sample.
+Decision: if the event functions' filters are switched on while the accelerometer runs, they start settled on the next
+sample.
 
-Decision: after a change of rate within low power, or of bandwidth, as many samples are to be discarded as after a
-turn-on (AN5040 3.9).
+Decision: after a change of the bandwidth, or of the rate within low power, firmware must discard as many samples as
+after a turn-on (AN5040 3.9).
 """
 
 from __future__ import annotations
@@ -62,9 +63,9 @@ _ODR_LOWEST_CODE = 11  # 1.6 Hz in low power, 12.5 Hz otherwise
 MG_PER_LSB = (0.061, 0.488, 0.122, 0.244)
 _NOISE_FACTOR = (80 / 80, 130 / 80, 80 / 80, 90 / 80)  # Table 3: 80, 130, 80, 90 ug/sqrt(Hz)
 _LOW_POWER_RMS_FACTOR = (1.8, 3.0, 2.0, 2.4)  # Table 3: mg RMS in low-power and normal mode
-_LOW_POWER_LAST_CODE = 5  # up to 208 Hz XL_HM_MODE selects low-power or normal mode
+_LOW_POWER_LAST_CODE = 5  # at rates up to 208 Hz, XL_HM_MODE selects low-power or normal mode
 
-_LOW_POWER_ODR_9_FACTOR = 0.6  # Table 3, with LPF2 at ODR/9; white noise would give half of it
+_LOW_POWER_ODR_9_FACTOR = 0.6  # filtered / unfiltered RMS, LPF2 at ODR/9 (Table 3); 0.5 for white noise
 _ODR_9_CODE = 2  # CTRL8_XL.HPCF_XL
 
 SELF_TEST_MG = 800.0  # Table 3 allows 90 to 1700 mg
@@ -81,7 +82,7 @@ _XL_TURN_ON_104_TO_833 = (1, 2)
 _XL_TURN_ON_OTHERS = (0, 1)
 _XL_MIDDLE_FROM_HZ, _XL_MIDDLE_TO_HZ = 104, 833
 _XL_FROM_FAST_TO_FAST = 5  # Table 12: high performance above 833 Hz before and after
-_XL_CHANGE = 1  # Table 12: discarded in addition to the samples after a turn-on
+_XL_CHANGE = 1  # Table 12: samples to discard in addition to those after a turn-on
 
 
 class PowerMode(NamedTuple):
@@ -189,7 +190,7 @@ def _chain(sections: Sections | None) -> Chain | None:
 # -- filters (AN5040 3.7 and Table 10) ----------------------------------------------------------------------
 
 _DIVISOR = (50, 100, 9, 400)  # CTRL8_XL.HPCF_XL: cut-off of LPF2 and high-pass, ODR over this
-_SLOPE_CODE = 0  # of HPCF_XL, with HP_SLOPE_XL_EN
+_SLOPE_CODE = 0  # HPCF_XL code of the slope filter, with HP_SLOPE_XL_EN
 _ANALOG_WIDE_HZ, _ANALOG_NARROW_HZ = 1500, 400
 _ANALOG_WIDE_FROM_HZ = 1666
 _LPF1_LOW_POWER_HZ = 740  # at every rate
@@ -335,7 +336,7 @@ def _low_power_excess(ctrl8: int, filters: Chain | None) -> float:
 
 
 def _user_offset(mem: bytearray) -> tuple[float, float, float]:
-    """Return the user offset: Z is subtracted (AN5040 4.6; datasheet 9.91 to 9.93)."""
+    """Return the user offset to add. Z is negated, because it is subtracted (AN5040 4.6; datasheet 9.91 to 9.93)."""
     weight_mg = 1000 / (64 if mem[CTRL6_C.addr] & CTRL6_C.USR_OFF_W.mask else 1024)
     x, y, z = np.frombuffer(mem, dtype=np.int8, count=3, offset=X_OFS_USR.addr).tolist()
     return x * weight_mg, y * weight_mg, -z * weight_mg

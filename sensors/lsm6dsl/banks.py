@@ -1,6 +1,6 @@
 """The LSM6DSL's embedded banks A and B, and rounding of bursts (datasheet 9.1, sections 11 and 12).
 
-Decision: with ROUNDING the last address of a pattern leads to its first, for every start of the burst (AN5040 4.7).
+Decision: with ROUNDING, the first address of a pattern follows its last one, wherever the burst starts (AN5040 4.7).
 FIFO_DATA_OUT always rounds.
 """
 
@@ -275,9 +275,9 @@ class Banks:
 def on_bank_write(
     chip: FeatureContext, bank: int, registers: Iterable[type[Register]], changed: Callable[[int], None]
 ) -> None:
-    """Call ``changed(now_ps)`` after a write to any of ``registers``; earlier work is done.
+    """Call ``changed(now_ps)`` after a write to any of ``registers``, when all earlier work is done.
 
-    A write to bank A while a sensor is on is noted (AN5040 6).
+    A write to bank A while a sensor is on causes a note (AN5040 6).
     """
     mem = chip.registers.mem
 

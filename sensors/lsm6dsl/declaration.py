@@ -38,7 +38,8 @@ _SISTER = "datasheet of the ISM330DHCX"
 class LSM6DSLErrors(PartErrors):
     """Deviations of an LSM6DSL, axes in the sensor's frame.
 
-    Table 3 is typical; by 4.6 the zero-g offset's tolerance is a standard deviation, the sensitivity's a range.
+    Values in Table 3 are typical. By section 4.6, the tolerance of the zero-g offset is a standard deviation, and that
+    of the sensitivity is a range.
     Gyroscope bias instability and cross-axis sensitivity come from the ISM330DHCX. Accelerometer bias instability has
     no source.
     """

@@ -1,8 +1,8 @@
-"""Data enable: INT2 is an input, and its level marks or passes samples (AN5040 4.8).
+"""Data enable: INT2 is an input, whose level marks samples or lets them pass (AN5040 4.8).
 
 * level: the stamped axes' LSB is 1 while DEN is active.
 * latched: the LSB is 1 in the first sample after a pulse.
-* FIFO: samples are stored only while DEN is active; the LSB changes from one such window to the next.
+* FIFO: samples are stored only while DEN is active; the LSB changes from one active window to the next.
 * edge: only the first sample after each active edge is shown.
 
 Decisions where the documents are silent: data enable's stamp is also in the output registers; the next sample or the
@@ -117,7 +117,7 @@ class Gate:
             self.shown.data = self.source.data
             self.shown.stop()
         else:
-            self.source.data = self.shown.data  # until the next sample
+            self.source.data = self.shown.data  # shown until the next sample
         self.closed, self._pending = closed, False
 
     def open(self, at_ps: int) -> None:
@@ -281,7 +281,7 @@ class DataEnable:
         elif self._settings.mode is DenMode.LEVEL:
             bits[:] = self._den_active
         else:
-            # between two windows, the LSB has the value of the last window
+            # between two windows, the LSB has the value of the previous window
             bits[:] = self._windows > 0 and self._windows % 2 == 0
         for axis, on in enumerate(self._settings.axes):
             if on:

@@ -3,11 +3,12 @@
 Decision: one object models the four embedded functions, so that their events reach a shared pin in the order of time.
 A function that is switched on starts from its initial state (assumption).
 
-Decision: the pedometer's step is a peak of the acceleration's magnitude (6.1), as ST does not publish the algorithm.
-The magnitude must fall by the threshold after a peak, and rise by it before the next. This needs no high-pass filter.
+Decision: a step of the pedometer is a peak of the acceleration's magnitude (6.1), because ST publishes no algorithm.
+The magnitude must fall by the threshold after a peak, and rise by the threshold before the next peak. So no high-pass
+filter is needed.
 
-A tilt event (6.3) is a turn by 35 degrees since the last event; before the first event the tilt must last 2 s. A wrist
-tilt event (6.4; datasheet 12) is an acceleration above the threshold (sine of an angle) for the latency time.
+A tilt event (6.3) is a turn by 35 degrees since the previous event; before the first event the tilt must last 2 s.
+A wrist tilt event (6.4; datasheet 12) is an acceleration above the threshold (sine of an angle) for the latency time.
 """
 
 from __future__ import annotations
@@ -86,7 +87,7 @@ class StepDetector:
     def restart(self) -> None:
         self._seeking_peak = True
         self._extreme_mg = 0.0
-        self._run = 0  # steps in a row
+        self._run = 0  # consecutive steps
         self._last_ps = 0
 
     def feed(self, magnitude_mg: float, at_ps: int, settings: PedometerSettings) -> int:
@@ -130,7 +131,7 @@ class DeltaTime:
         self._stepped = True
 
     def close(self) -> bool:
-        """Start the next window; return whether the last window had a step."""
+        """Start the next window; return whether the previous window had a step."""
         self.end_ps += self._period_ps
         stepped, self._stepped = self._stepped, False
         return stepped
@@ -163,7 +164,7 @@ _FIRST_TIME_PS = 2 * PS_PER_S
 
 
 class Tilt:
-    """Detector of a change of gravity's direction since the last event."""
+    """Detector of a change of gravity's direction since the previous event."""
 
     def __init__(self) -> None:
         self.restart()
@@ -360,7 +361,7 @@ class EmbeddedFunctions:
                 self._sources.fall(events, now_ps)
 
     def _delta_ps(self) -> int:
-        """Return the delta time, or 0 without the timer at low resolution (datasheet 11.19)."""
+        """Return the delta time; 0 unless pedometer and timer run, the timer at low resolution (datasheet 11.19)."""
         return self._pedometer.delta_ps if self._on & _PEDO and self._timer_runs_slowly() else 0
 
     def _timer_runs_slowly(self) -> bool:

@@ -1,9 +1,9 @@
 """The event functions' detectors, fed sample by sample (AN5040 3.7 and section 5).
 
 Decision: a duration of N/ODR ends N periods after the first sample at which the condition was true. Counting N samples
-would make 0 and 1 equal.
+would make the durations 0 and 1 equal.
 
-The slope (a[n] - a[n-1]) / 2, or a high-pass of one pole, removes gravity (3.7). After switching on, a[-1] is 0, which
+The slope (a[n] - a[n-1]) / 2, or a high-pass of one pole, removes gravity (3.7). After switching on, a[-1] is 0. This
 causes a spurious wake-up, as on silicon.
 
 Decision: an axis is over the threshold if it measures more than cos(SIXD_THS) of 1 g (5.4). Decision: the first
@@ -220,7 +220,7 @@ class TapDetector:
     def __init__(self) -> None:
         self._state: _State = "idle"
         self._count = 0  # samples since the state began
-        self._is_second = False  # the shock or quiet time may be that of a second tap
+        self._is_second = False  # whether the shock or quiet time may belong to a second tap
         self._over = False
         self._bits = 0
         self._enabled = (False, False, False)
@@ -285,7 +285,7 @@ class TapDetector:
         self._enter("shock")
 
     def _in_shock(self, over: bool) -> None:
-        if self._count > self._shock:  # too long for a tap; the next one must start again
+        if self._count > self._shock:  # too long for a tap; detection of a tap starts again
             self._enter("idle")
         elif not over:
             self._bits |= TAP_SRC.DOUBLE_TAP.mask if self._is_second else TAP_SRC.SINGLE_TAP.mask

@@ -1,7 +1,7 @@
 """The event functions as one feature, fed with every accelerometer sample before LPF2 (AN5040 section 5).
 
-A latched event (LIR) is held until its source register is read, if it is routed to a pin. SINGLE_DOUBLE_TAP latches the
-double tap, not the single one (5.5.3, not 5.5.1).
+An event that is latched (LIR) and routed to a pin is held until its source register is read. SINGLE_DOUBLE_TAP latches
+the double tap, not the single tap (5.5.3, not 5.5.1).
 """
 
 from __future__ import annotations
@@ -189,13 +189,13 @@ class Events:
         while self._running:
             latest = stream.latest(
                 now_ps
-            )  # the number belongs to another run of the stream if the rate has changed meanwhile
+            )  # read again in each pass, because a change of the rate restarts the index
             if self._next > latest:
                 return
             self._process(self._next, min(latest + 1, self._next + _BLOCK))
 
     def next_event_ps(self) -> int:
-        """Return the next sample's time, if it matters."""
+        """Return the next sample's time if the sample can have effects, else ``NEVER_PS``."""
         if self._running and (self._routed or self.activity.enabled):
             return self._chip.xl.time_ps(self._next)
         return NEVER_PS
@@ -231,7 +231,7 @@ class Events:
         self._sleep.update(WAKE_UP_SRC.SLEEP_STATE_IA.mask if changed else 0, at_ps)
         if (
             changed or self.activity.inactive
-        ):  # taps are not detected meanwhile, and the waking sample is not a tap
+        ):  # no tap is detected during inactivity, and the waking sample is not a tap
             self._tap.reset()
             tap = 0
         else:

@@ -5,8 +5,8 @@ Lazy evaluation: a read processes all due triggers and events. Decisions where t
 * FIFO mode stops as soon as the next trigger's sets would fill the memory (AN5040 figures 28 and 29 against Table 64),
   and stays stopped until bypass.
 * The sample that raises the event is the first of the new mode.
-* A configuration changed outside bypass is noted; the words stay and the pattern restarts after them.
-* An empty FIFO shows the word read last, as an output buffer would.
+* A change of the configuration outside bypass causes a note; the words stay, and the pattern restarts after them.
+* An empty FIFO shows the latest word that was read, as an output buffer would.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ from fcu_emulator.sensors.register_file import NEVER_PS
 
 
 class FifoBuffer:
-    """Words, oldest first; those that do not fit overwrite the oldest.
+    """Words, oldest first; new words that do not fit overwrite the oldest.
 
-    The count of a full memory reads 0 with OVER_RUN, because it has 11 bits (AN5040 Table 64). ``gone``:
+    The count of a full memory reads 0 with OVER_RUN, because the count has 11 bits (AN5040 Table 64). ``gone``:
     number of removed words.
     """
 
@@ -121,7 +121,7 @@ class FifoFlags:
         return bool(self.bits & _FULL)
 
     def update(self, ahead: int | None, at_ps: int) -> None:
-        """Update the flags. ``ahead``: number of words of the next trigger, or 0."""
+        """Update the flags. ``ahead``: number of words of the next trigger; None in bypass, or while waiting."""
         buffer, bits = self._buffer, 0
         fill = buffer.fill
         if not fill:
@@ -243,7 +243,7 @@ class Fifo:
         """Return when a routed flag may change; never too late."""
         settings = self._settings
         if not settings.on_pin or settings.layout.writer is not Writer.DATA_READY or not self._collects():
-            return NEVER_PS  # the FIFO waits for an event of another function, which knows its time
+            return NEVER_PS  # the FIFO waits for another function's event; that function knows the time
         triggers = self._flags.triggers_to_next(self._pattern.widest)
         return self._samples.time_ps(triggers - 1) if triggers else NEVER_PS
 

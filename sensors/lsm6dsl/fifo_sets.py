@@ -4,8 +4,8 @@ Decisions where the documents are silent or disagree: reserved modes (2, 5, 7) a
 watermark of 0 is never reached; the faster sensor limits the FIFO rate (figure 32, not 5.5); ONLY_HIGH_DATA does not
 remove the second data set.
 
-Samples of the faster sensor trigger storage, or of the gyroscope at equal rates. ODR_FIFO selects every 2nd, 4th ...
-sample. DRDY_MASK replaces words of samples to be discarded by 7FFF.
+Samples of the faster sensor trigger storage; at equal rates, those of the gyroscope do. ODR_FIFO selects every 2nd,
+4th ... sample. DRDY_MASK replaces words of samples to be discarded by 7FFF.
 """
 
 from __future__ import annotations
@@ -340,7 +340,7 @@ class SampleTriggers:
 
     def __init__(self, chip: FeatureContext) -> None:
         self._chip = chip
-        self._leader = chip.xl  # samples that pass the data enable (DEN)
+        self._leader = chip.xl  # samples that data enable (DEN) lets pass
         self._every = 0  # samples per trigger; 0: no triggers
         self._next = 0  # the next sample with a trigger
 
@@ -350,7 +350,7 @@ class SampleTriggers:
         leader = g if g.rate_hz >= xl.rate_hz else xl
         self._leader = self._chip.gates.shown(leader)
         self._every = _samples_per_trigger(leader.rate_hz, rate_code)
-        if self._leader is not leader:  # data enable passes single samples: each one triggers
+        if self._leader is not leader:  # data enable lets single samples pass, and each of them triggers
             self._every = min(self._every, 1) if self._leader.running else 0
         latest = self._leader.latest(now_ps)
         if (

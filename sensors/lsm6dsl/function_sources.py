@@ -107,7 +107,7 @@ _SOURCES = (
 
 
 class FunctionSources:
-    """Owner of the source registers. In the list of features it is after those that report events."""
+    """Owner of the source registers. In the list of features, it is after the features that report events."""
 
     CONFIGURATION: tuple[type[Register], ...] = (
         DRDY_PULSE_CFG_G,

@@ -2,13 +2,13 @@
 
 After power-down the drive starts within ``LSM6DSLErrors.gyro_turn_on_ms``, 35 ms in Table 4; the 70 ms of AN5040 are a
 safe waiting time for drivers. The first samples, whose number Table 16 gives, follow the low-pass step response.
-Approximation: from 1666 Hz on they settle within a few periods, not 81 ms (Table 16).
+Approximation: from 1666 Hz on, samples settle within a few periods; by Table 16 this takes 81 ms.
 
 One low-pass and the filter before decimation give the overall cut-off of Table 19; a pure delay gives the rest of the
 phase at 20 Hz (3.8). If the filter before decimation alone has too much delay (12.5 to 208 Hz), its cut-off is raised.
 ST gives no phase with LPF1 off; the model then uses the delay of FTYPE = 3.
 
-Decision: from sleep to low power, as many gyroscope samples are to be discarded as from power-down.
+Decision: at a change from sleep to low power, firmware must discard as many gyroscope samples as from power-down.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ _G_TURN_ON = {
     3332.0: (270, 270),
     6664.0: (540, 540),
 }
-_G_LOW_POWER, _G_CHANGE = 1, 2  # Table 14: after the drive's start; change in high performance
+_G_LOW_POWER, _G_CHANGE = 1, 2  # Table 14: low power, after the drive's start; change in high performance
 
 
 def gyroscope_discards(old: PowerMode, new: PowerMode) -> int:

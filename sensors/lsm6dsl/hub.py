@@ -1,11 +1,11 @@
 """The LSM6DSL's sensor hub: an I2C master that reads other sensors by itself (AN5040 section 7).
 
 A trigger (data-ready at 104 Hz at most, or INT2) starts a round, in which the hub reads its slaves. All results appear
-at the end of the round. Decision: INT2 triggers when it rises, or when it is high as the hub is switched on.
+at the end of the round. Decision: INT2 triggers when it rises, or if it is high when the hub is switched on.
 
 Decisions where the documents are silent: the output bytes of a hub slave that does not answer do not change; a trigger
-at which no slave is due starts no round; switching off aborts the round. SENSORHUB_END_OP is 1 while idle, or with
-correction a pulse of 1/100 s.
+at which no slave is due starts no round; switching off aborts the round. SENSORHUB_END_OP is 1 while idle; with
+correction, it is a pulse of 1/100 s.
 
 Iron correction (7.5): calibrated = SI * (M - HI), uncalibrated = SI * (M - HI) + HI.
 

@@ -99,7 +99,7 @@ class Measuring:
         self.refresh(now_ps)
 
     def _before_masked_status(self, first: int, end: int, now_ps: int) -> None:
-        """Do the same as ``_before_status``. With this separate hook Python handles the reads, because C would not hide
+        """Do the same as ``_before_status``. This separate hook makes Python handle the reads, because C would not hide
         masked samples.
         """
         self._before_status(first, end, now_ps)

@@ -1,8 +1,8 @@
 """The LSM6DSL's behaviour behind its registers.
 
 Decisions where the documents are silent: SW_RESET takes effect at once and its bit reads 1 for 50 us; reading
-OUT_TEMP_H clears the temperature's data-ready flag; reserved ODR codes measure nothing; configuration acts from the
-next sample on.
+OUT_TEMP_H clears the temperature's data-ready flag; reserved ODR codes measure nothing; a new configuration applies
+from the next sample on.
 """
 
 from __future__ import annotations
@@ -233,7 +233,7 @@ class LSM6DSL(Sensor):
         main.on_write(CTRL3_C, self._write_ctrl3)
         offsets = X_OFS_USR, Y_OFS_USR, Z_OFS_USR
         measuring = {*accelerometer.CONFIGURATION, *gyroscope.CONFIGURATION, *offsets}
-        for register in (measuring | self._features.configuration()) - {CTRL3_C}:  # has a separate hook
+        for register in (measuring | self._features.configuration()) - {CTRL3_C}:  # this one has another hook
             main.on_write(register, self._configure)
         for bank in self.files():
             bank.on_write(FUNC_CFG_ACCESS, self._select_bank)

@@ -2,7 +2,7 @@
 
 :class:`Routing`, last in the model's list, applies changes in the order of their times.
 
-Decision: while INT2 is an input it is not driven and its sources are lost.
+Decision: while INT2 is an input, the sensor does not drive it, and signals routed to it are lost.
 
 DRDY_PULSED selects pulses of 75 us; DRDY_MASK suppresses signals until a sensor has settled.
 """
@@ -195,7 +195,7 @@ class _SensorSignal:
     def __init__(self, name: SignalName, flag: int, stream: SampleStream) -> None:
         self.name: SignalName = name
         self.flag = flag
-        self.sensor = self.stream = stream  # the stream's samples may be shown through the gate's stream
+        self.sensor = self.stream = stream  # ``stream`` may become the stream of the sensor's gate
         self.next = 0
         self.routed = False
 
@@ -282,7 +282,7 @@ class DataReadySignals:
         return after_read
 
     def _pulse(self, source: _SensorSignal, latest: int) -> None:
-        # Without listeners only the latest pulse matters.
+        # If there are no listeners, only the latest pulse has an effect.
         wired = self._chip.int1.wired or self._chip.int2.wired
         for index in range(source.next if wired else latest, latest + 1):
             at_ps = source.stream.time_ps(index)

@@ -45,7 +45,7 @@ class Timestamp:
         chip.registers.on_write(TIMESTAMP2_REG, self._write)
 
     def value(self, at_ps: int) -> int:
-        """Return the counter at ``at_ps``, not before its last configuration."""
+        """Return the counter at ``at_ps``, which must not be before its latest configuration."""
         if not self.active:
             return self._count
         passed = (at_ps - self._since_ps) * self._factor_num
@@ -58,7 +58,7 @@ class Timestamp:
         if (active, high_resolution) != (self.active, self._high_resolution):
             self._restart(self.value(now_ps), now_ps)
             self.active, self._high_resolution = active, high_resolution
-            self.catch_up(now_ps)  # in the new unit the warning may be due at once
+            self.catch_up(now_ps)  # with the new unit, the warning may be due immediately
 
     def catch_up(self, now_ps: int) -> None:
         """Raise the warning if it is due. Only a write of 0xAA clears it."""
