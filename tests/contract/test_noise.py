@@ -103,7 +103,7 @@ SETTINGS: list[tuple[Channel, Writes, float]] = [
 
 
 @pytest.mark.parametrize(("channel", "writes", "expected"), SETTINGS, ids=str)
-def test_rms_is_datasheets(channel: Channel, writes: Writes, expected: float) -> None:
+def test_noise_rms_equals_datasheet(channel: Channel, writes: Writes, expected: float) -> None:
     """The RMS over 10 s. One slow axis with a narrow filter has few independent samples, so four sensors are used."""
     seeds = range(4) if channel.axes == 1 else (5,)
     count = int(10 * channel.rate_hz)

@@ -211,7 +211,7 @@ def test_registers_and_fields_have_descriptions(part: str, bank: str, register: 
 
 
 @pytest.mark.parametrize(("part", "address", "value"), LAB_SETUP)
-def test_lab_set_up_touches_modelled_bits_only(part: str, address: int, value: int) -> None:
+def test_lab_setup_changes_only_modelled_bits(part: str, address: int, value: int) -> None:
     bank_map = MAPS[part, "main"]
 
     assert value & bank_map.write_mask[address] == value

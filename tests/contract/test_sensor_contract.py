@@ -40,7 +40,7 @@ def running(name: str) -> Chip:
     return chip
 
 
-def test_every_part_has_facts_for_these_tests() -> None:
+def test_every_sensor_has_facts_for_these_tests() -> None:
     assert set(FACTS) == set(SENSORS)
     assert {channel.part for channel in CHANNELS} == set(SENSORS)
 
@@ -52,7 +52,7 @@ def test_part_is_registered_under_its_own_name(name: str) -> None:
 
 
 @parts
-def test_who_am_i_is_identity(name: str) -> None:
+def test_who_am_i_is_read_only_identity(name: str) -> None:
     address, identity = FACTS[name].who_am_i
     chip = Chip(name)
 
@@ -139,7 +139,7 @@ def test_written_byte_reads_back_in_writable_bits(name: str, data: st.DataObject
 
 @parts
 @given(data=st.data(), values=st.binary(min_size=1, max_size=4))
-def test_reserved_addresses_read_0_and_nothing_sticks(name: str, data: st.DataObject, values: bytes) -> None:
+def test_reserved_addresses_read_0_and_ignore_writes(name: str, data: st.DataObject, values: bytes) -> None:
     chip = Chip(name)
     reserved = [a for a in range(0x80) if chip.part.register_name(a) == "reserved"]
     address = data.draw(st.sampled_from(reserved))
@@ -252,7 +252,7 @@ def test_setting_unmodelled_bit_is_noted(name: str) -> None:
 
 
 @parts
-def test_write_log_has_register_old_and_new_value(name: str) -> None:
+def test_write_log_has_register_and_both_values(name: str) -> None:
     chip = Chip(name)
     address, register = FACTS[name].plain
 

@@ -65,7 +65,7 @@ def started(channel: Channel, writes: Writes | None = None) -> Chip:
 
 
 @pytest.mark.parametrize(("channel", "writes", "lsb"), SCALES)
-def test_range_and_lsb_are_datasheets(channel: Channel, writes: Writes, lsb: float) -> None:
+def test_range_and_lsb_equal_datasheet(channel: Channel, writes: Writes, lsb: float) -> None:
     chip = Chip(channel.part)
     chip.configure(writes)
 
@@ -149,7 +149,7 @@ def test_samples_come_at_exact_multiples_of_period(
 
 
 @rates
-def test_number_of_samples_in_ten_seconds(
+def test_ten_seconds_have_expected_number_of_samples(
     channel: Channel, write: tuple[int, int], rate_hz: Fraction
 ) -> None:
     chip = started(channel, (write,))
@@ -171,7 +171,7 @@ def test_number_of_samples_in_ten_seconds(
 
 @pytest.mark.parametrize("channel", [channel for channel in CHANNELS if channel.ready], ids=str)
 @given(data=st.data())
-def test_data_ready_clears_on_any_high_byte(channel: Channel, data: st.DataObject) -> None:
+def test_data_ready_clears_on_any_high_byte_read(channel: Channel, data: st.DataObject) -> None:
     """AN5040 4.3, AN5069 6.3; the LPS22HB has only one high byte."""
     chip = started(channel)
     axis = data.draw(st.integers(0, channel.axes - 1))
@@ -222,7 +222,7 @@ def word(channel: Channel, axis: int) -> range:
 @pytest.mark.parametrize("channel", HELD, ids=str)
 @pytest.mark.parametrize("status_looked_at", [False, True])
 @given(data=st.data())
-def test_bdu_completes_word_from_one_sample(
+def test_bdu_keeps_both_bytes_from_one_sample(
     channel: Channel, status_looked_at: bool, data: st.DataObject
 ) -> None:
     """AN5040 4.4, AN5069 6.4, LPS22HB datasheet 9.5. Afterwards the word shows the latest sample at once."""
@@ -246,7 +246,7 @@ def test_bdu_completes_word_from_one_sample(
 
 
 @pytest.mark.parametrize("channel", HELD, ids=str)
-def test_without_bdu_word_can_be_torn(channel: Channel) -> None:
+def test_without_bdu_word_can_mix_two_samples(channel: Channel) -> None:
     """This is the purpose of BDU: 0x00FF and 0x0100 give 0x01FF or 0x0000."""
     chip = Chip(channel.part)
     lsb = channel.scales[0][1]

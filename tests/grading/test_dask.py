@@ -68,7 +68,7 @@ def kill_victim(told: Path, killed: list[int]) -> None:
     os.kill(killed[0], signal.SIGKILL)
 
 
-def test_killed_worker_loses_and_repeats_nothing(tmp_path: Path) -> None:
+def test_killed_worker_loses_no_results_and_repeats_none(tmp_path: Path) -> None:
     from tests.campaigns.dask_cluster import cluster
 
     (tmp_path / "little.toml").write_text(RUBRIC, encoding="utf-8")

@@ -85,7 +85,7 @@ def test_verbose_shows_notes_of_correct_programs() -> None:
     assert USUAL in summary("lab3", "--duration", "1200ms", "--verbose")
 
 
-def test_all_uarts_shows_output_without_terminal() -> None:
+def test_all_uarts_option_shows_output_of_usart2() -> None:
     program = "tests/arm/broken/other_port.elf"
     line = "\nfcu: USART2: Hello, 21.5 \u00b0C\n"
     assert line in summary(program, "--duration", "0.05s", "--all-uarts").replace("\r", "")

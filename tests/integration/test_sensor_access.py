@@ -84,7 +84,7 @@ def test_every_unmodelled_register_is_named_when_read(name: str, select: int, ba
 
 
 @every_bank
-def test_every_bit_that_does_not_stick_is_named(name: str, select: int, bank: RegisterMap) -> None:
+def test_every_ignored_bit_of_write_is_named(name: str, select: int, bank: RegisterMap) -> None:
     """Such bits are reserved, in read-only registers, or at addresses without a register."""
     bench = Bench(name, select)
     for address in range(0x80):

@@ -41,7 +41,7 @@ def due_ps(start_ps: int, rate_hz: Fraction, number: int) -> int:
 
 
 @given(STARTS, RATES, GAPS)
-def test_latest_sample_is_last_one_due(start_ps: int, rate_hz: Fraction, gaps: list[int]) -> None:
+def test_current_sample_is_latest_that_is_due(start_ps: int, rate_hz: Fraction, gaps: list[int]) -> None:
     stream = SampleStream(16, tagged)
     stream.start(start_ps, rate_hz)
     seen = -1
@@ -193,7 +193,7 @@ def test_noise_is_white_and_of_unit_variance() -> None:
     assert (noise[0, 1:] * noise[0, :-1]).mean() == pytest.approx(0, abs=0.02)
 
 
-def test_every_source_has_its_own_key() -> None:
+def test_every_noise_source_has_separate_key() -> None:
     names = [(seed, part, channel) for seed in range(50) for part in ("A", "B") for channel in ("XL", "G")]
     keys = sorted(noise_key(*name) for name in names)
 

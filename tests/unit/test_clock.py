@@ -69,5 +69,5 @@ def test_st_timer_period_does_not_drift() -> None:
     assert ticks.time_ps(807_692_308) == 807_692_308 * 104_000 * PS_PER_S // 84_000_000
 
 
-def test_seconds_become_picoseconds() -> None:
+def test_seconds_are_converted_to_picoseconds() -> None:
     assert to_ps(0.00125) == 1_250_000_000

@@ -46,7 +46,7 @@ def test_truncation_of_odd_field_values_is_toward_zero() -> None:
         (2**23 - 1, "2047.989990"),  # (raw * 100) / 4096 = 204799
     ],
 )
-def test_pressure_prints_as_on_slides(raw: int, printed: str) -> None:
+def test_pressure_is_printed_as_on_slides(raw: int, printed: str) -> None:
     assert f"{pressure_hpa(raw):f}" == printed
 
 
@@ -75,7 +75,7 @@ def test_altitude_of_floor_is_exactly_zero() -> None:
     assert getAltitude(977.4, 21.5, 977.4) == 0.0
 
 
-def test_altitude_in_standard_atmosphere() -> None:
+def test_altitude_is_correct_in_standard_atmosphere() -> None:
     # ICAO: 898.746 hPa and 8.5 degC at 1000 m, 1013.25 hPa at 0 m
     assert getAltitude(898.746, 8.5, 1013.25) == pytest.approx(1000, abs=2)
 

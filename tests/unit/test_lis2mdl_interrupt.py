@@ -57,7 +57,7 @@ def test_axes_that_are_not_enabled_are_not_compared() -> None:
     assert sources(chip, 1) == [0x41]
 
 
-def test_without_latch_register_follows_latest_sample() -> None:
+def test_unlatched_register_follows_latest_sample() -> None:
     chip = x_counts(0, 200, 200, 0, -200)
     threshold(chip, 100, XYZ | IEA | IEN)
 

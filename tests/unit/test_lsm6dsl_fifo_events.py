@@ -112,7 +112,7 @@ def test_shallow_fifo_is_not_full_before_event() -> None:
     assert bench.read(FIFO_STATUS1, 2) == bytes((0, EMPTY | FULL))
 
 
-def test_switch_is_held_until_bypass() -> None:
+def test_mode_switch_lasts_until_bypass() -> None:
     bench = triggered(BYPASS_TO_CONTINUOUS, MD2_CFG, 0x20)
     bench.pulse("WU")
     bench.write(FIFO_CTRL5, 0)
@@ -122,7 +122,7 @@ def test_switch_is_held_until_bypass() -> None:
     assert bench.fill() == 0
 
 
-def test_late_events_act_at_their_times() -> None:
+def test_events_reported_late_act_at_their_times() -> None:
     bench = triggered(BYPASS_TO_CONTINUOUS, MD2_CFG, 0x60)
     bench.t_ps = 20 * PERIOD_PS
     bench.signals.set("WU", True, 17 * PERIOD_PS + 1)
@@ -258,7 +258,7 @@ def test_change_outside_bypass_restarts_pattern() -> None:
     assert status(chip) == (12, 0, 0)
 
 
-def test_watermark_change_keeps_everything_else() -> None:
+def test_watermark_change_does_not_affect_other_state() -> None:
     chip = fifo_of(CONTINUOUS, odr=2)
     samples(chip, 6)
     chip.write(FIFO_CTRL1, 6)

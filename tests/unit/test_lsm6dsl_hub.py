@@ -152,7 +152,7 @@ def test_hub_sets_up_and_reads_lis2mdl() -> None:
     assert chip.notes == []
 
 
-def test_hub_outputs_hold_field_at_transfer() -> None:
+def test_hub_outputs_keep_field_of_transfer_time() -> None:
     """A later read has no effect: the outputs are those of the last round, 10 s ago."""
     chip = Chip("LSM6DSL")
     magnetometer = with_magnetometer(chip)
@@ -169,7 +169,7 @@ def test_hub_outputs_hold_field_at_transfer() -> None:
 # -- timing ---------------------------------------------------------------------------------------------
 
 
-def test_transfers_take_their_time_on_bus() -> None:
+def test_transfers_take_documented_time_on_bus() -> None:
     """Datasheet T8: 116.3 kHz. A byte takes nine clocks; start, repeated start and stop take one clock each."""
     assert pytest.approx(29 * CLOCK_PS, rel=1e-6) == WRITE_PS
     assert pytest.approx(11 * CLOCK_PS, rel=1e-6) == UNANSWERED_PS
@@ -310,7 +310,7 @@ def test_rates_are_every_trigger_to_every_eighth() -> None:
     ("extra", "once", "writes"),
     [(1, True, 1), (1, False, 10), (0, True, 10)],  # write_once needs more than one slave
 )
-def test_write_once(extra: int, once: bool, writes: int) -> None:
+def test_write_once_needs_more_than_one_slave(extra: int, once: bool, writes: int) -> None:
     """Datasheet 11.8."""
     device = Recorder()
     bank_a = (
@@ -456,7 +456,7 @@ def test_auxiliary_address_has_seven_bits(address: int) -> None:
         lsm6dsl(Chip("LSM6DSL")).attach_auxiliary(address, Recorder())
 
 
-def test_auxiliary_address_is_taken_once() -> None:
+def test_second_device_at_auxiliary_address_is_refused() -> None:
     part = lsm6dsl(Chip("LSM6DSL"))
     part.attach_auxiliary(0x1E, Recorder())
     with pytest.raises(ValueError, match="0x1E"):
@@ -494,7 +494,7 @@ UNIT = (8, 0, 0, 0, 8, 0, 0, 0, 8)
         ((16, 0x84, 0, 1, 8, 0, 0x88, 0, 12), False, (90, 220, -330)),
     ],
 )
-def test_hard_and_soft_iron_correction(
+def test_iron_correction_gives_documented_outputs(
     soft: tuple[int, ...], soft_on: bool, calibrated: tuple[int, int, int]
 ) -> None:
     """AN5040 7.5.3: raw M, calibrated SI (M - HI), uncalibrated SI (M - HI) + HI."""
@@ -537,7 +537,7 @@ def test_si_end_op_latches_on_int2() -> None:
     assert not chip.byte(FUNC_SRC1) & SI_END_OP
 
 
-def test_result_out_of_range_fails() -> None:
+def test_correction_result_out_of_range_sets_hi_fail() -> None:
     chip = measuring(0.0, 0.0, 0.0)
     strong, weak = constant(30_000.0, 0.0, 0.0), constant(15.0, 0.0, 0.0)
     chip.world.signals["magnetic_field_mgauss"] = step(strong, weak, at_s=1.5)

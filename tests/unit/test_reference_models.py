@@ -34,7 +34,7 @@ def test_filters_recover_attitude_of_moved_board(
     assert without_motion < min(waved, gravity_deg)
 
 
-def test_passing_magnet_is_magpylibs_dipole() -> None:
+def test_passing_magnet_equals_dipole_of_magpylib() -> None:
     pytest.importorskip("magpylib")
     difference, field = reference_models.magnet_difference_mgauss()
     assert difference < 1e-6 * field

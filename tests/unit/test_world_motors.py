@@ -89,7 +89,7 @@ def scenario(tmp_path: Path, *entries: str) -> Path:
     return path
 
 
-def test_scenario_runs_one_throttle_or_four(tmp_path: Path) -> None:
+def test_scenario_accepts_one_throttle_or_four(tmp_path: Path) -> None:
     entries = 'throttle = 0.5\nat = "100ms"', 'throttle = [0.1, 0, 0, 1]\nat = "200ms"'
     board = Board(scenario=scenario(tmp_path, *entries))
     for at_s, throttle in ((0.05, (0, 0, 0, 0)), (0.15, (0.5,) * 4), (0.25, (0.1, 0, 0, 1))):
