@@ -108,7 +108,7 @@ def imports(name: str) -> tuple[Import, ...]:
 
 
 def ours(module: str) -> str:
-    """Return a module of the project by its folder in the repository: the public names are those of emulator/."""
+    """Return the name of a module by its folder in the repository; ``fcu_emulator`` is the folder emulator/."""
     return "emulator" if module == "fcu_emulator" else module.removeprefix("fcu_emulator.")
 
 

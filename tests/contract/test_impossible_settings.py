@@ -62,7 +62,7 @@ def test_empty_fifo_read_is_noted(words: Words) -> None:
 
 
 def test_lps22hb_boot_with_swreset_is_allowed() -> None:
-    """Two drivers write both bits, including the board's driver, and then the sensor works."""
+    """Two drivers, one of them the board's driver, write both bits; then the sensor works."""
     chip = Chip("LPS22HB")
     chip.write(0x11, 0x94)
 

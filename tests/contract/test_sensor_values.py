@@ -135,7 +135,7 @@ def test_world_change_shows_at_next_sample(channel: Channel) -> None:
 def test_samples_come_at_exact_multiples_of_period(
     channel: Channel, write: tuple[int, int], rate_hz: Fraction, data: st.DataObject
 ) -> None:
-    """A picosecond before its time a sample is not there, at its time it is; also after an hour."""
+    """A sample does not exist one picosecond before its time, but exists at its time; also after an hour."""
     chip = started(channel, (write,))
     first_ps = channel.turn_on_ps
     first_ps += -(-PS_PER_S // rate_hz) if channel.first_ps is None else channel.first_ps
@@ -247,7 +247,7 @@ def test_bdu_keeps_both_bytes_from_one_sample(
 
 @pytest.mark.parametrize("channel", HELD, ids=str)
 def test_without_bdu_word_can_mix_two_samples(channel: Channel) -> None:
-    """This is the purpose of BDU: 0x00FF and 0x0100 give 0x01FF or 0x0000."""
+    """BDU prevents this: without BDU, a read between 0x00FF and 0x0100 gives 0x01FF or 0x0000."""
     chip = Chip(channel.part)
     lsb = channel.scales[0][1]
     below, above = (constant(*channel.value(channel.zero + count * lsb)) for count in (0x00FF, 0x0100))

@@ -1,4 +1,4 @@
-"""Adafruit's CircuitPython drivers of the LPS22 (lps2x) and of the LPS35HW: the LPS22HB's registers."""
+"""Adafruit's CircuitPython drivers of the LPS22 (lps2x) and of the LPS35HW, which have the LPS22HB's registers."""
 
 from __future__ import annotations
 

@@ -83,7 +83,7 @@ def test_acceleration_equals_world(bench: Bench, name: str, attitude: Vector) ->
 
 @pytest.mark.parametrize(("name", "full_scale_g"), [("RANGE_2G", 2), ("RANGE_4G", 4), ("RANGE_8G", 8)])
 def test_acceleration_saturates_at_full_scale(bench: Bench, name: str, full_scale_g: float) -> None:
-    """At 1 g with a shake of 15 g, read at its peak, the 16 bits saturate."""
+    """A shake of 15 g is added to 1 g. A read at the peak of the shake gives saturated 16 bits."""
     bench.sensor.accelerometer_data_rate = adafruit_lsm6ds.Rate.RATE_416_HZ
     bench.sensor.accelerometer_range = getattr(adafruit_lsm6ds.AccelRange, name)
     start_s = bench.board.now_s
@@ -96,7 +96,7 @@ def test_acceleration_saturates_at_full_scale(bench: Bench, name: str, full_scal
 @pytest.mark.parametrize("axis", ["roll", "pitch", "yaw"])
 @pytest.mark.parametrize("name", GYRO_MDPS)
 def test_angular_rate_equals_world(bench: Bench, name: str, axis: str) -> None:
-    """The board turns at 100 deg/s about each axis in turn; the sign must be right, too."""
+    """The board turns at 100 deg/s about each axis in turn; the sign must be correct, too."""
     bench.sensor.gyro_range = getattr(adafruit_lsm6ds.GyroRange, name)
     for to_deg in (-300, 0):
         bench.board.world.sweep(axis, to_deg=to_deg, duration_s=3)

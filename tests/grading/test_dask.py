@@ -34,7 +34,7 @@ STUDENTS = [f"student-{number}" for number in range(6)]
 
 
 def judge_and_record(task: Task, told: Path, victim: int) -> str:
-    """Judge a task and record it. The first process of the victim waits for its end."""
+    """Judge a task and record it. The first process with the victim's task waits until it is killed."""
     if task.seed == victim and not (told / "victim").exists():
         (told / "half").write_text(str(os.getpid()))
         (told / "half").rename(told / "victim")

@@ -163,7 +163,7 @@ def test_progress_of_class_is_logged(
     monkeypatch: pytest.MonkeyPatch,
     words: Words,
 ) -> None:
-    """The log has tenths of the class. They come ten seconds apart; some are missing, and one comes after two minutes."""
+    """Lines come for each tenth of the class, at least ten seconds apart, and after two minutes without a line."""
     folder = tmp_path / "submissions"
     folder.mkdir()
     for number in range(20):

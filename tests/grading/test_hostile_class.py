@@ -355,7 +355,7 @@ DRAWN = (
 @posix
 @needs_compiler
 def test_recorded_text_gets_no_points_in_another_run(tmp_path: Path) -> None:
-    """The student prints the numbers of an earlier report, which are right for that seed but wrong for the graded one."""
+    """The student prints the numbers of an earlier report, which are correct for that seed but wrong for the graded one."""
     rubric = tmp_path / "drawn.toml"
     rubric.write_text(DRAWN, encoding="utf-8")
     folder = tmp_path / "submissions"

@@ -55,7 +55,7 @@ def test_documented_objects_have_docstrings(kind: str, name: str) -> None:
 
 
 def test_docs_extra_installs_all_imports_of_pages() -> None:
-    """Of the packages in other extras, the pages may import only those that the extra docs has, too."""
+    """The pages may import packages of other extras only if the extra ``docs`` has these packages, too."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     extras = {
         name: {re.split(r"[<>=~;\[ ]", one)[0].lower() for one in packages}

@@ -63,7 +63,7 @@ def test_template_prints_its_block_and_toggles_leds() -> None:
 
 
 def test_banner_and_sensor_lines_have_exact_times() -> None:
-    """39 bytes of 10 bits at 84 MHz / 729; the LPS22HB driver waits 1 s before the five lines."""
+    """The banner has 39 bytes of 10 bits at 84 MHz / 729. The LPS22HB driver waits 1 s before the five lines."""
     board = Board(firmware="lab3")
     board.run_for(39 * 10 * 729 / 84e6 - 1e-6)
     assert board.terminal.text == BOOT[:38]

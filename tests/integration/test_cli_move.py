@@ -109,7 +109,7 @@ def test_every_page_button_is_working_gesture() -> None:
 def test_calibration_gesture_moves_like_hand() -> None:
     """The motion is not along the field.
 
-    At the rates of a hand, the middle of the extremes is near the hard iron, not exact.
+    At the rates of a hand, the middle of the extremes is near the hard iron, but not equal to it.
     """
     board = Board(ideal=True)
     board.world.set_hard_iron(120, -80, 45)

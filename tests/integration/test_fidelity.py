@@ -102,7 +102,7 @@ def test_every_function_has_name_and_source(name: str) -> None:
 
 @parts
 def test_fields_without_behaviour_are_listed(name: str) -> None:
-    """In every bank, the bits of the register maps are the same as those that a user sees."""
+    """For all banks, the table and ``fcu registers`` list the bits that are not modelled in the register maps."""
     names = []
     for bank in SENSORS[name].maps().values():
         for register in bank.registers:

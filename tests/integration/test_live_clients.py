@@ -1,4 +1,4 @@
-"""Clients of a live session: the past for a later client, variables, failures and judgements."""
+"""Clients of a live session: past data for a later client, variables, failures and judgements."""
 
 from __future__ import annotations
 

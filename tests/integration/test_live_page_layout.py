@@ -1,7 +1,7 @@
-"""The page's layout and accessibility: no element exceeds any width, and axe-core has no findings.
+"""The page's layout and accessibility: no element exceeds the window at any width, and axe-core has no findings.
 
-axe-core comes from ``web/node_modules``, which ``.ci/page`` installs (``cd web && npm ci``). Without it its tests are
-skipped.
+axe-core comes from ``web/node_modules``, which ``.ci/page`` installs (``cd web && npm ci``). Without axe-core,
+its tests are skipped.
 """
 
 from __future__ import annotations

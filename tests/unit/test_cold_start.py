@@ -104,7 +104,7 @@ def test_barometer_answers_at_once_with_boot_status() -> None:
 
 @pytest.mark.parametrize("part", ADDRESS)
 def test_without_cold_start_sensors_answer_at_time_0(part: str) -> None:
-    """It is the same after the reset button, which does not affect the sensors' supply."""
+    """The reset button has the same result, because it does not affect the sensors' supply."""
     register, identity = IDENTITY[part]
     board = Board()
     assert board.i2c2.write_read(ADDRESS[part], bytes([register]), 1) == bytes([identity])

@@ -67,7 +67,7 @@ def test_both_filters_lose_3_db_at_cutoff(cutoff: float) -> None:
 
 
 def test_slope_filter_halves_power_at_quarter_rate() -> None:
-    """AN5040 3.7: slope filter, ODR/4. It is a high-pass, so the half is below this frequency."""
+    """AN5040 3.7: the slope filter has ODR/4. It is a high-pass, so lower frequencies have less than half the power."""
     gains = np.abs(response((SLOPE,), np.array([0.0, 0.25, 0.5])))
     assert gains == pytest.approx([0, np.sqrt(0.5), 1], abs=1e-12)
 

@@ -270,7 +270,7 @@ def test_recorded_vibration_is_filtered() -> None:
 @pytest.mark.parametrize("seed", range(10))
 @pytest.mark.parametrize("moving", [False, True])
 def test_overload_gives_full_scale_on_every_board(seed: int, moving: bool) -> None:
-    """At four times full scale, the converter clips last, after the sensor's offset and scale."""
+    """At four times full scale, the converter clips as the final step, after the sensor's offset and scale."""
     board = Board(seed=seed)
     board.world.set_gravity(8 * 9.80665)
     for bus_write in (b"\x10\x40", b"\x11\x40"):  # CTRL1_XL: 104 Hz, 2 g; CTRL2_G: 104 Hz, 250 dps

@@ -1,4 +1,4 @@
-"""The value of ``--serial``, and the time that the end of a run waits."""
+"""The value of ``--serial``, and the time for which the end of a run waits."""
 
 from __future__ import annotations
 

@@ -205,7 +205,7 @@ def test_soft_reset_can_be_repeated_without_polling() -> None:
 
 
 def test_reboot_takes_20_ms_and_ends_in_idle(words: Words) -> None:
-    """AN5069 section 7. Together with SOFT_RST it is forbidden."""
+    """AN5069 section 7. REBOOT together with SOFT_RST is forbidden."""
     chip = Chip("LIS2MDL")
     chip.write(CFG_REG_A, 0x8C)
     chip.write(CFG_REG_A, 0xCC)
@@ -221,7 +221,7 @@ def test_reboot_takes_20_ms_and_ends_in_idle(words: Words) -> None:
 
 
 def test_thermometer_needs_comp_temp_en() -> None:
-    """Datasheet T26: it must be 1 for correct operation. It may be switched during measurements."""
+    """Datasheet T26: the bit must be 1 for correct operation. The bit may be switched during measurements."""
     chip = Chip("LIS2MDL")
     chip.set("temperature_degc", 30.0)
     chip.write(CFG_REG_A, 0x0C)

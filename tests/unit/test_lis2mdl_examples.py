@@ -45,7 +45,7 @@ def test_soft_reset_ends_within_four_polls() -> None:
 
 
 def test_polled_data_equal_field() -> None:
-    """BDU, 10 Hz, cancellation, temperature compensation, continuous, each by read-modify-write."""
+    """Set BDU, 10 Hz, cancellation, temperature compensation and continuous mode, each by read-modify-write."""
     chip = Chip("LIS2MDL", LIS2MDLErrors(set_reset_offset_mgauss=(90.0, 90.0, 90.0)))
     for register, mask, value in (
         (CFG_REG_C, 0x10, 0x10),

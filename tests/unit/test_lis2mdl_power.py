@@ -141,7 +141,7 @@ def test_current_in_continuous_mode_equals_datasheet(
 def test_current_in_idle_and_single_mode_is_documented(
     config_a: int, single_hz: float, microampere: float
 ) -> None:
-    """(I10 - Ipd) * ODR / 10 + Ipd."""
+    """The formula is (I10 - Ipd) * ODR / 10 + Ipd."""
     part = LIS2MDL(constant(0.0, 0.0, 0.0), constant(25.0))
     part.write(CFG_REG_A, bytes([config_a]), 0)
 

@@ -75,7 +75,7 @@ def test_state_is_sent_every_20_ms_during_changes(sent: Sent, every: int) -> Non
 
 
 def test_slow_machine_sends_one_state_per_poll(sent: Sent) -> None:
-    """It does not send more frames later to catch up."""
+    """A slow machine does not send more frames later to catch up."""
     sent.pass_ms(500, 50, changed=True)
     assert sent.times(messages.State) == list(range(50, 501, 50))
     sent.pass_ms(60, changed=True)

@@ -98,7 +98,7 @@ def test_rpds_is_subtracted_in_sixteenths_of_hpa(count: int) -> None:
 
 
 def test_bdu_holds_outputs_until_press_out_h() -> None:
-    """Datasheet 9.5: 0x2A must be read last."""
+    """Datasheet 9.5: 0x2A must be read after the other bytes."""
     chip = Chip("LPS22HB")
     chip.world.signals["pressure_hpa"] = ramp((300.0,), (100.0,))
     chip.world.signals["temperature_degc"] = ramp((0.0,), (20.0,))

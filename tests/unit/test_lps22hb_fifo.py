@@ -146,7 +146,7 @@ def test_stream_overwrites_oldest(mode: int) -> None:
 
 
 def test_emptied_stream_repeats_its_last_level() -> None:
-    """Datasheet 5.3: the fill level goes from 0 to 2 at once."""
+    """Datasheet 5.3: the fill level goes from 0 to 2 in one step."""
     chip = after(collecting(STREAM), 1)
     assert chip.byte(FIFO_STATUS) == 1, "nothing has been read before"
     assert chip.read(PRESS_OUT_XL, 5) == level(1)

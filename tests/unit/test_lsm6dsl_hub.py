@@ -153,7 +153,7 @@ def test_hub_sets_up_and_reads_lis2mdl() -> None:
 
 
 def test_hub_outputs_keep_field_of_transfer_time() -> None:
-    """A later read has no effect: the outputs are those of the last round, 10 s ago."""
+    """A later read has no effect: the outputs are those of the latest round, 10 s ago."""
     chip = Chip("LSM6DSL")
     magnetometer = with_magnetometer(chip)
     chip.world.signals["magnetic_field_mgauss"] = ramp((0.0, 0.0, 0.0), (15.0, 0.0, 0.0))

@@ -223,7 +223,7 @@ def test_live_changes_have_bounded_memory(
 
 
 def test_followed_attitude_is_one_motion(clock: Clock, world: World) -> None:
-    """Sensors process the motions of the last seconds for each block; before, there were hundreds."""
+    """Sensors process the motions of the preceding seconds for each block; here 200 commands are one motion."""
     for index in range(200):
         clock.advance_to(clock.now_ps + to_ps(0.02))
         world.follow_attitude(index % 90, 0, 0)
