@@ -34,7 +34,7 @@ def counts_per_sample(channel: Channel) -> int:
 
 
 def started(channel: Channel) -> Chip:
-    """Start a channel. Sample k has k + 1 steps of ``counts_per_sample`` on axis 0, and 1000 counts more on each next axis."""
+    """Start a channel. Sample k has k + 1 steps of ``counts_per_sample`` on axis 0, each next axis 1000 counts more."""
     chip = Chip(channel.part)
     lsb = channel.scales[0][1]
     step = counts_per_sample(channel) * lsb

@@ -36,7 +36,7 @@ def moments(start_ps: int, gaps: list[int]) -> list[int]:
 
 
 def due_ps(start_ps: int, rate_hz: Fraction, number: int) -> int:
-    """Return the time of sample ``number``: the first comes after one period, each next one a period later, all rounded up."""
+    """Return the time of sample ``number``: the first after one period, each next one a period later, rounded up."""
     return start_ps + math.ceil(PS_PER_S / rate_hz) + math.ceil(number * PS_PER_S / rate_hz)
 
 

@@ -79,7 +79,7 @@ def wandering(rms_hpa: float = WANDER_HPA, seed: int = 1) -> World:
 
 
 def test_pressure_wander_has_published_spectrum() -> None:
-    """The spectrum is f^-2 from 0.0006 to 0.5 Hz: compare levels in a periodogram, and the mean change at 0.01 to 0.1 Hz."""
+    """The spectrum is f^-2 from 0.0006 to 0.5 Hz: compare a periodogram's levels, and the mean change at 0.01 to 0.1 Hz."""
     t_s = np.arange(0, 2**14, 0.5)
     hz = np.fft.rfftfreq(t_s.size, 0.5)
     powers, changes = [], []
