@@ -46,7 +46,7 @@ def test_every_sensor_has_facts_for_these_tests() -> None:
 
 
 @parts
-def test_part_is_registered_under_its_own_name(name: str) -> None:
+def test_sensor_is_registered_under_its_own_name(name: str) -> None:
     assert name == SENSORS[name].NAME
     assert FACTS[name].who_am_i[1] == SENSORS[name].WHO_AM_I
 
@@ -89,7 +89,7 @@ def test_soft_reset_restores_written_registers(name: str, data: st.DataObject) -
 
 
 @parts
-def test_part_stays_silent_after_soft_reset(name: str) -> None:
+def test_sensor_stays_silent_after_soft_reset(name: str) -> None:
     facts, chip = FACTS[name], running(name)
     chip.wait(PS_PER_S)
 
@@ -124,7 +124,7 @@ def test_writes_change_writable_bits_only(name: str, writes: list[tuple[int, int
 
 @parts
 @given(data=st.data(), value=BYTES)
-def test_written_byte_reads_back_in_writable_bits(name: str, data: st.DataObject, value: int) -> None:
+def test_writable_bits_of_written_byte_are_readable(name: str, data: st.DataObject, value: int) -> None:
     chip = Chip(name)
     bank = chip.part.registers.map
     names = ("FUNC_CFG_ACCESS", "TIMESTAMP2_REG")  # the latter reads the counter
@@ -214,7 +214,7 @@ def test_burst_write_equals_single_byte_writes(name: str, start: int, values: by
 
 
 @pytest.mark.parametrize("channel", CHANNELS, ids=str)
-def test_power_down_keeps_last_sample(channel: Channel) -> None:
+def test_power_down_keeps_latest_sample(channel: Channel) -> None:
     chip = running(channel.part)
     chip.wait(PS_PER_S)
     last = chip.counts(channel)

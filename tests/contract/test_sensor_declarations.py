@@ -28,7 +28,7 @@ WORLD = {
 
 
 @parts
-def test_part_is_built_from_its_declared_signals(part: type[Sensor]) -> None:
+def test_sensor_is_built_from_its_declared_signals(part: type[Sensor]) -> None:
     chip = part.build(WORLD, part.ERRORS.of_quality("worst", 3), 3, powered_on_ps=None)
 
     for quantity in part.SIGNALS:
@@ -56,7 +56,7 @@ def test_outputs_have_datasheet_addresses(channel: Channel) -> None:
 
 
 @parts
-def test_missing_signal_is_named(part: type[Sensor]) -> None:
+def test_missing_signal_is_reported(part: type[Sensor]) -> None:
     missing = part.SIGNALS[0].name
 
     with pytest.raises(KeyError, match=missing):
@@ -80,7 +80,7 @@ def test_addresses_equal_datasheet() -> None:
 
 
 @parts
-def test_part_uses_declared_wires_after_reset(part: type[Sensor]) -> None:
+def test_sensor_uses_declared_wires_after_reset(part: type[Sensor]) -> None:
     chip = part.build(WORLD)
 
     assert part.BUS.spi_wires in (None, chip.spi_wires())

@@ -33,7 +33,7 @@ def test_samples_come_at_rate_with_oscillator_error(channel: Channel, percent: f
 
 
 @channels
-def test_typical_rate_differs_from_nominal_rate(channel: Channel) -> None:
+def test_typical_sensor_rate_differs_from_nominal_rate(channel: Channel) -> None:
     """The sensor is read at the datasheet's rate for ten seconds: sometimes a sample is missed or read twice."""
     errors = SENSORS[channel.part].ERRORS.of_quality("typical", 1)
     percent = float(vars(errors)["odr_percent"])

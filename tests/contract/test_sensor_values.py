@@ -81,7 +81,7 @@ def test_range_and_lsb_equal_datasheet(channel: Channel, writes: Writes, lsb: fl
 
 @pytest.mark.parametrize(("channel", "writes", "lsb"), SCALES)
 @given(data=st.data())
-def test_value_reads_back_within_half_lsb(
+def test_value_is_read_back_within_half_lsb(
     channel: Channel, writes: Writes, lsb: float, data: st.DataObject
 ) -> None:
     chip = Chip(channel.part)
@@ -109,7 +109,7 @@ def test_value_out_of_range_saturates(channel: Channel, writes: Writes, lsb: flo
 
 
 @channels
-def test_world_change_shows_at_next_sample(channel: Channel) -> None:
+def test_world_change_is_visible_at_next_sample(channel: Channel) -> None:
     chip = Chip(channel.part)
     before, after = (constant(*channel.value(channel.zero + n * channel.scales[0][1])) for n in (10, 20))
     chip.world.signals[channel.name] = before

@@ -190,7 +190,7 @@ def test_gradescope_team_shares_one_board(tmp_path: Path) -> None:
     assert all_found["1815"].board == all_found["1816"].board == "1815"
 
 
-def test_missing_gradescope_folder_is_named(tmp_path: Path, words: Words) -> None:
+def test_missing_gradescope_folder_is_reported(tmp_path: Path, words: Words) -> None:
     pytest.importorskip("yaml")
     where = write_gradescope(tmp_path / "class", [ADA, BOB])
     (where / "submission_1816" / "lab.c").unlink()

@@ -543,7 +543,7 @@ def test_replay_command_needs_seed_and_known_rubric() -> None:
         assert "fcu check" not in student_page(graded(verdict=other), "LAB3")
 
 
-def test_failed_check_quotes_wrong_line() -> None:
+def test_failed_check_shows_wrong_line() -> None:
     found = verdict(check("1.a", printed='"Pitch: 5" at 3 s'))
 
     assert "such as" in Page(student_page(graded(verdict=found), "LAB3")).text

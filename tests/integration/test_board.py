@@ -147,7 +147,7 @@ def test_hal_delay_waits_for_ticks_of_1_ms() -> None:
     assert ends == [5, 1005]
 
 
-def test_100_khz_loses_ticks_and_starves_main() -> None:
+def test_100_khz_bus_loses_ticks_and_starves_main() -> None:
     """Four bursts take 772.5 us at 400 kHz and 3.09 ms at 100 kHz, with a period of 1.25 ms.
 
     The first callback is caused by the flag of EGR.UG, before the counter runs. After it the main loop has one

@@ -123,7 +123,7 @@ def test_registers_command_prints_map_with_meanings(words: Words) -> None:
     words("registers", one_line_error("registers", "bme280"))
 
 
-def test_register_is_printed_for_every_part() -> None:
+def test_register_is_printed_for_every_sensor() -> None:
     text = fcu("registers", "who_am_i").stdout.decode()
     assert re.findall(r"^(L\w+)$|: always (0x\w+)", text, re.MULTILINE) == [
         ("LSM6DSL", ""),
@@ -199,7 +199,7 @@ def test_python_m_emulator_runs_fcu() -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="/dev/full is a Linux device")
-def test_full_disk_error_names_trace_file() -> None:
+def test_full_disk_error_states_trace_file() -> None:
     done = fcu("run", "--duration", "3s", "--trace", "/dev/full", "-q", code=4)
     assert "fcu: trace file /dev/full: No space left on device" in done.stderr.decode()
 

@@ -101,7 +101,7 @@ def test_template_gets_next_steps(tmp_path: Path, words: Words) -> None:
     words("check", done.stdout.partition("Exercise 2")[2])
 
 
-def test_next_step_names_function_to_write() -> None:
+def test_next_step_states_function_to_write() -> None:
     done = fcu("check", "template-arm", "--exercise", "3")
 
     assert "\nNext\n  Write eCompass() " in done.stdout
@@ -272,7 +272,7 @@ def test_failed_build_is_not_judged(project: Path, words: Words) -> None:
 
 
 @needs_compiler
-def test_misspelt_function_is_named_with_its_line(project: Path) -> None:
+def test_misspelt_function_is_reported_with_its_line(project: Path) -> None:
     """The compiler only warns about it, and the linker's last line only says that something failed."""
     change(project / "main.c", "    HAL_Delay(1000);", "    HAL_delay(1000);")
     line = 1 + (project / "main.c").read_text(encoding="utf-8").split("HAL_delay")[0].count("\n")

@@ -69,7 +69,7 @@ def test_single_angle_option_keeps_other_angles() -> None:
     ]
 
 
-def test_duration_is_time_of_motion() -> None:
+def test_duration_option_sets_time_of_motion() -> None:
     (entry,) = entries(options(roll=30.0, yaw=-90.0, duration="1s"), FLAT)
     assert entry == {"do": "rotate_to", "for": "1s", "roll_deg": 30.0, "pitch_deg": 2.0, "yaw_deg": -90.0}
 

@@ -261,7 +261,7 @@ def test_run_and_terminal_find_each_other() -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal as its console")
-def test_console_sends_keys_at_once_and_is_restored() -> None:
+def test_console_sends_keys_immediately_and_is_restored() -> None:
     import termios
 
     ours, its = os.openpty()

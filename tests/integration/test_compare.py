@@ -162,7 +162,7 @@ def test_missing_entry_is_difference() -> None:
     assert (difference.first, difference.second) == (ObservedItem(2 * PS_PER_S, "b\n"), None)
 
 
-def test_entry_cut_by_end_is_not_difference() -> None:
+def test_entry_cut_by_run_end_is_not_difference() -> None:
     end_ps = 2 * PS_PER_S + 10 * PS_PER_MS  # the other run may come to it 20 ms later
     begun = Observation(
         end_ps, {TERMINAL: [ObservedItem(PS_PER_S, "a\n"), ObservedItem(2 * PS_PER_S, "Pit", cut=True)]}
@@ -184,7 +184,7 @@ def test_line_cut_inside_number_is_compared_partly() -> None:
     assert not compare(begun, other, Rules(tolerance=tolerances([("Pre", 1)])))
 
 
-def test_unequal_runs_are_compared_up_to_shorter() -> None:
+def test_runs_are_compared_up_to_end_of_shorter() -> None:
     assert not compare(run("a\n", "b\n", "c\n"), run("a\n", end_ps=PS_PER_S + 1))
 
 
@@ -216,7 +216,7 @@ def test_tolerance_does_not_apply_to_other_lines() -> None:
     assert compare(run("Count: 1 \n"), run("Count: 2 \n"), Rules(tolerance=tolerances([("ACC", 5)])))
 
 
-def test_tolerance_may_name_three_axes_at_once() -> None:
+def test_tolerance_may_name_three_axes_together() -> None:
     assert tolerances([("ACC", 2), ("ACC.z", 3)]) == {"ACC.x": 2, "ACC.y": 2, "ACC.z": 3}
 
 
@@ -333,7 +333,7 @@ def test_another_board_of_class_prints_other_numbers(name: str) -> None:
     assert not compare(lab3, other, Rules(tolerance=everything))
 
 
-def test_wrong_threshold_shows_first_on_led() -> None:
+def test_first_difference_of_wrong_threshold_is_led() -> None:
     """LED1 is on above 80 degrees of pitch, not 70. Later the scenario tilts the roll, which LED2 shows."""
     duration_ps = load_scenario("led_x").duration_ps
     differences = compare(

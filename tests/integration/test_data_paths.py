@@ -57,7 +57,7 @@ def test_function_is_in_listed_c_file(file: str, function: str) -> None:
     assert re.search(rf"\b{function}\b", next(NATIVE.rglob(file)).read_text(encoding="utf-8"))
 
 
-def test_architecture_page_names_files_of_data_paths() -> None:
+def test_architecture_page_lists_files_of_data_paths() -> None:
     """The files in each section are among those whose functions were called."""
     names = [
         "attitude set -> register byte",

@@ -215,7 +215,7 @@ def test_fragments_form_section_of_changelog() -> None:
     assert len(re.findall(r"^- ", section, re.MULTILINE)) == len(fragments)
 
 
-def test_migration_table_names_existing_features() -> None:
+def test_migration_table_lists_existing_features() -> None:
     page = text_of(ROOT / "docs" / "renamed.md")
     table = page[page.index("| 0.1.0 | now |") :].partition("\n\n")[0]
     rows = [row.strip("| ").split(" | ") for row in table.splitlines()[2:]]

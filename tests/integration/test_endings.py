@@ -143,7 +143,7 @@ def test_command_without_summary_ends_in_one_line(
 
 
 @linux
-def test_ignored_hangup_continues_command(folders: list[Path]) -> None:
+def test_command_continues_if_hangup_is_ignored(folders: list[Path]) -> None:
     del folders
     diff = f"diff '{FIRMWARE}' '{FIRMWARE}' --scenario flat --duration 1s"
     command = f"trap '' HUP; exec '{sys.executable}' -m fcu_emulator {diff}"
@@ -290,7 +290,7 @@ def test_recording_beyond_file_limit_is_not_written(tmp_path: Path, folders: lis
 
 
 @pytest.mark.parametrize("make", [os.mkfifo, os.mkdir], ids=["pipe", "folder"])
-def test_recording_to_non_file_is_refused_at_once(make: Callable[[Path], None], tmp_path: Path) -> None:
+def test_recording_to_non_file_is_refused_immediately(make: Callable[[Path], None], tmp_path: Path) -> None:
     make(tmp_path / "session.toml")
     process = started(
         "web", "lab3", "--no-browser", "--duration", "1s", "--record", tmp_path / "session.toml"

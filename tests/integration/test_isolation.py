@@ -79,7 +79,7 @@ def test_senseless_limits_are_refused(arguments: tuple[str, ...], words: Words) 
 
 
 @posix
-def test_closed_standard_output_is_closed_for_worker(words: Words) -> None:
+def test_closed_standard_output_stays_closed_for_worker(words: Words) -> None:
     done = fcu("run", "--duration", "100ms", "--isolate", after=">&-")
     assert done.returncode == USAGE_ERROR
     words("run", done.stderr)
@@ -220,7 +220,7 @@ def test_killed_worker_is_not_judged(tmp_path: Path, words: Words) -> None:
 @pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
 @pytest.mark.parametrize("everybody", [False, True], ids=["parent", "both"])
-def test_request_to_end_reaches_worker_once(name: str, everybody: bool) -> None:
+def test_request_to_end_reaches_worker_exactly_once(name: str, everybody: bool) -> None:
     """The signal goes only to the parent, as from ``kill``, or to both, as for Ctrl-C in a terminal."""
     process = started("--duration", "300s", group=everybody)
     (worker,) = workers(process)

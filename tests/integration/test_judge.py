@@ -123,7 +123,7 @@ def test_progress_reaches_end_of_all_runs(rubric: Rubric) -> None:
     assert {one.total_s for one in seen} == {3.0}
 
 
-def test_unknown_exercise_is_named(rubric: Rubric) -> None:
+def test_unknown_exercise_is_reported(rubric: Rubric) -> None:
     with pytest.raises(InputError, match="unknown exercise '7'; the rubric mine has 1"):
         judge("lab3", rubric, seed=1, exercises=["7"])
 
@@ -253,7 +253,7 @@ def test_single_exercise_is_judged_with_its_prerequisites(tmp_path: Path, firmwa
     assert verdict.points == points
 
 
-def test_hidden_prerequisite_is_not_named_to_students(tmp_path: Path) -> None:
+def test_hidden_prerequisite_is_not_shown_to_students(tmp_path: Path) -> None:
     shown = judged_by(tmp_path, NEEDY.replace('"always"', '"never"'), "template").for_student()
 
     assert shown.hidden_checks == 1

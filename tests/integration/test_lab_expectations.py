@@ -122,7 +122,7 @@ def test_findings_state_angle_at_their_time(tmp_path: Path) -> None:
         assert roll == pytest.approx(true, abs=0.15)
 
 
-def test_threshold_is_named_if_it_is_proven_wrong(tmp_path: Path) -> None:
+def test_wrong_threshold_is_reported_if_it_is_proven(tmp_path: Path) -> None:
     """A motion from 0 to 60 degrees proves that the threshold 30 is wrong: the finding has a range around 30."""
     text = IDEAL.replace("schema = 1", 'schema = 1\nduration = "5s"') + PASSING + LED
     (wrong,) = played(tmp_path, text, program(lit=lambda one: abs(one.roll) > 30)).findings

@@ -137,7 +137,7 @@ def test_dragging_turns_board_and_lights_led(browser: Browser, served: Served) -
     until(page, "Number(document.querySelector('#num-attitude-pitch').textContent) === 85")
 
 
-def test_magnet_is_held_dragged_and_removed(browser: Browser, served: Served) -> None:
+def test_magnet_can_be_held_and_dragged_and_removed(browser: Browser, served: Served) -> None:
     page = browser.open(served, in_space=True)
     field = "Number(document.querySelector('#num-mag-{}').textContent)"
     until(page, f"{field.format('x')} === 215 && {field.format('y')} === 0")

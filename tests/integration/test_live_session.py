@@ -288,7 +288,7 @@ def test_pins_are_sent_with_their_levels(wiring: str) -> None:
         assert selects == ["PA8", "PB12", "PC13"]
 
 
-def test_watching_everything_changes_nothing() -> None:
+def test_watching_everything_does_not_change_run() -> None:
     looks = messages.Watch(["pitch"], "SCB", bus=True, pins=True)
     pages = [Page(Setup("solution", seed=5), [(0.0, watch)], 2.0) for watch in (messages.Watch(), looks)]
     one, other = (bytes(page.run().board.terminal.uart.received()) for page in pages)
@@ -438,7 +438,7 @@ def test_permanently_failed_firmware_ends_session() -> None:
     assert session.board.now_s < 1
 
 
-def test_unusable_firmware_is_refused_at_once(tmp_path: Path) -> None:
+def test_unusable_firmware_is_refused_immediately(tmp_path: Path) -> None:
     with pytest.raises(FcuError):
         Page(Setup(str(tmp_path / "missing.elf")))
 

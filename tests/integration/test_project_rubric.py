@@ -90,7 +90,7 @@ def test_check_in_project_uses_its_rubric(desk: Path, program: str, code: int) -
     assert fcu(desk, "check", "lab/lab3.elf").returncode == code
 
 
-def test_rubric_next_step_may_name_template_function(desk: Path) -> None:
+def test_next_step_of_rubric_may_name_function(desk: Path) -> None:
     table = 'title = "Pitch"\nnext = "Compute it in HAL_TIM_PeriodElapsedCallback(), and print it."'
     (desk / "pitch.toml").write_text(RUBRIC.replace('title = "Pitch"', table), encoding="utf-8")
     done = fcu(desk, "check", "template-arm", "--rubric", "pitch.toml")
@@ -211,7 +211,7 @@ def test_page_beside_wrong_rubric_offers_no_exercise(desk: Path) -> None:
 
 
 @pytest.mark.parametrize("rubric", [TWO, HIDDEN], ids=["two", "one of two hidden"])
-def test_readme_and_workflow_name_project_exercises(desk: Path, rubric: str) -> None:
+def test_readme_and_workflow_list_project_exercises(desk: Path, rubric: str) -> None:
     (desk / "pitch.toml").write_text(rubric.replace("the pitch", "a | b"), encoding="utf-8")
     fcu(desk, "new", "lab", "--rubric", "pitch.toml")
     readme = (desk / "lab" / "README.md").read_text(encoding="utf-8")

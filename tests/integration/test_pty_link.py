@@ -301,7 +301,7 @@ def test_flush_lets_reader_take_everything_before_close(
     assert link.report() == []
 
 
-def test_flush_without_reader_returns_at_once(
+def test_flush_without_reader_returns_immediately(
     link: ByteLink, port: Path, monkeypatch: pytest.MonkeyPatch, words: Words
 ) -> None:
     monkeypatch.setattr(byte_link, "STALL_S", 6 * DEADLINE_S)

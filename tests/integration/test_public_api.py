@@ -192,7 +192,7 @@ def test_board_context_closes_after_error() -> None:
 
 
 @pytest.mark.parametrize("firmware", [None, "lab3", "solution"])
-def test_unreferenced_board_is_released_at_once(firmware: str | None) -> None:
+def test_unreferenced_board_is_released_immediately(firmware: str | None) -> None:
     board = Board(firmware, scenario="flat")
     board.run_for(0.1)
     watched = weakref.ref(board)

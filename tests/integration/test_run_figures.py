@@ -32,7 +32,7 @@ def test_summary_has_bus_clock_and_read_time(wiring: str, bus: str) -> None:
     assert bus in summary("solution", "--wiring", wiring, "--duration", "1200ms")
 
 
-def test_line_load_is_bytes_times_ten_bits() -> None:
+def test_serial_line_load_is_bytes_times_ten_bits() -> None:
     found = re.search(
         r"USART1: (\d+) baud; (\d+) bytes, (\S+) % of the time", summary("lab3", "--duration", "2s")
     )

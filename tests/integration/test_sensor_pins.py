@@ -86,7 +86,7 @@ def test_edges_of_wired_pin_are_traced() -> None:
     assert len(recorded) == 1
 
 
-def test_level_before_wiring_is_not_edge() -> None:
+def test_level_before_wiring_is_not_reported_as_edge() -> None:
     board = Board(ideal=True)
     board.i2c2.write(LSM6DSL, b"\x0d\x01")
     board.i2c2.write(LSM6DSL, b"\x10\x40")
@@ -120,7 +120,7 @@ def test_pin_edges_come_on_time_while_firmware_runs() -> None:
     assert [level for _, level in edges[:4]] == [1, 0, 1, 0]
 
 
-def test_every_part_of_board_reports_its_pin() -> None:
+def test_every_sensor_of_board_reports_its_pin() -> None:
     """The magnetometer's data-ready, 100 Hz (LIS2MDL datasheet 8.7)."""
     board = Board(ideal=True)
     (pin,) = board.sensors.lis2mdl.pins()

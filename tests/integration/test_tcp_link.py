@@ -144,7 +144,7 @@ def test_all_byte_values_pass_both_ways(link: TcpLink) -> None:
     assert link.report() == []
 
 
-def test_large_data_pass_both_ways_without_loss(link: TcpLink) -> None:
+def test_large_data_are_sent_both_ways_without_loss(link: TcpLink) -> None:
     size = MIB if link.kind == "tcp" else 50_000  # pyserial's Telnet takes seconds for a mebibyte
     data = random.Random(1).randbytes(size)
     with Served(link) as board, terminal(link) as device:
@@ -251,7 +251,7 @@ def test_stopped_reader_does_not_affect_other_reader(raw: TcpLink) -> None:
         assert exactly(reads, len(data)) == data
 
 
-def test_writer_faster_than_board_waits(raw: TcpLink) -> None:
+def test_writer_that_is_faster_than_board_waits(raw: TcpLink) -> None:
     with connected(raw) as connection:
         connection.setblocking(False)
         sent = 0
@@ -328,7 +328,7 @@ def test_second_board_takes_next_port() -> None:
 # -- RFC 2217 -----------------------------------------------------------------------------------------------
 
 
-def test_rate_within_receivers_tolerance_is_silent(rfc2217: Rfc2217Link, said: list[str]) -> None:
+def test_baud_rate_within_tolerance_is_not_reported(rfc2217: Rfc2217Link, said: list[str]) -> None:
     with Served(rfc2217) as board, terminal(rfc2217) as device:
         board.print(b"x")
         assert device.read(1) == b"x"

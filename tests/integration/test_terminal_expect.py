@@ -48,7 +48,7 @@ def test_consecutive_expects_match_within_one_transmission() -> None:
     assert board.now_s < 0.05
 
 
-def test_error_has_last_lines_and_diagnosis() -> None:
+def test_error_has_latest_lines_and_diagnosis() -> None:
     board = Board(BROKEN / "flag_never_set.elf")
     with pytest.raises(ExpectationError) as error:
         board.terminal.expect("Pitch", timeout_s=0.2)

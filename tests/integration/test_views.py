@@ -127,7 +127,7 @@ def changes(path: Path) -> dict[str, list[tuple[int, int]]]:
     return found
 
 
-def test_wires_show_leds_interrupt_pins_and_callback(tmp_path: Path) -> None:
+def test_wires_show_leds_and_interrupt_pins_and_callback(tmp_path: Path) -> None:
     board = Board(firmware="solution", ideal=True)
     board.world.set_attitude(0, 86, 0)
     board.run_for(1.0)

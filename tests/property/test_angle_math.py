@@ -91,7 +91,7 @@ def test_angles_agree_with_independent_implementation(pairs: list[tuple[Vector, 
         ((0, 0, 0), 0.0, 0.0),
     ],
 )
-def test_tilts_about_one_axis_are_exact(acc: Vector, pitch: float, roll: float) -> None:
+def test_angles_of_tilt_about_one_axis_are_exact(acc: Vector, pitch: float, roll: float) -> None:
     assert angles(acc)[:2] == (pitch, roll)
 
 
@@ -187,7 +187,7 @@ def test_smaller_mu_never_reduces_roll(acc: Vector, mu_a: float, mu_b: float) ->
 
 @DETERMINISTIC
 @given(acc_vectors, mus)
-def test_mu_weights_gx_in_roll_only(acc: Vector, mu: float) -> None:
+def test_mu_affects_gx_only_in_roll(acc: Vector, mu: float) -> None:
     x, y, z = acc
     assert angles(acc, mu=mu)[0] == angles(acc)[0]
     assert angles((0, y, z), mu=mu) == angles((0, y, z))

@@ -93,7 +93,7 @@ def test_function_of_one_pose_equals_function_of_samples(name: str) -> None:
 
 
 @given(nodes())
-def test_formula_parses_from_its_text(node: Node) -> None:
+def test_formula_can_be_parsed_from_its_text(node: Node) -> None:
     again = parse(text(node).replace("^2", "**2"))
     assert text(again) == text(node)
 

@@ -246,7 +246,7 @@ def test_self_changing_register_is_read_from_sensor(address: int) -> None:
     assert part.burst_reader(address, 1)(_AT_PS)[1] == 0
 
 
-def test_masked_status_is_read_live() -> None:
+def test_masked_status_is_read_from_sensor() -> None:
     part = measuring()
     assert access(part, 0x1E) == STATUS
     part.write(0x13, b"\x08", _AT_PS)
@@ -255,7 +255,7 @@ def test_masked_status_is_read_live() -> None:
     assert access(part, 0x1E) == STATUS
 
 
-def test_wired_sensor_is_read_live() -> None:
+def test_wired_sensor_has_no_kept_bytes() -> None:
     part = measuring()
     assert access(part, 0x10) == MEMORY
     version = part.version[0]

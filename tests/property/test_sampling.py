@@ -128,7 +128,7 @@ def test_single_measurement_gives_one_sample(start_ps: int, delay_ps: int, later
 
 
 @given(RATES, st.integers(0, 10**6))
-def test_stopping_keeps_last_sample_for_ever(rate_hz: Fraction, samples: int) -> None:
+def test_stopping_keeps_latest_sample_for_ever(rate_hz: Fraction, samples: int) -> None:
     stream = SampleStream(16, tagged)
     stream.start(0, rate_hz)
     stream.advance(due_ps(0, rate_hz, samples))

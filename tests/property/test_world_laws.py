@@ -206,7 +206,7 @@ def test_world_at_rest_does_not_change(
     share=st.floats(0.0, 0.999),
 )
 @settings(deadline=None)
-def test_world_past_never_changes(
+def test_past_of_world_never_changes(
     changes: list[tuple[float, Callable[[World, float], object], float]], share: float
 ) -> None:
     """Later changes never change a quantity at an earlier time, not even in its last bit."""

@@ -93,7 +93,7 @@ def test_spi_reads_ff_and_ignores_writes_during_boot(part: str) -> None:
     assert board.spi2.write_read(CHIP_SELECT[part], bytes([0x80 | target]), 1) == b"\x00"
 
 
-def test_barometer_answers_at_once_with_boot_status() -> None:
+def test_barometer_answers_immediately_with_boot_status() -> None:
     """LPS22HB datasheet 9.15, BOOT_STATUS. The 5 ms are an assumption."""
     board = Board(cold_start=True)
     assert board.i2c2.write_read(0x5D, b"\x0f", 1) == b"\xb1"

@@ -72,7 +72,7 @@ def test_error_with_lines_has_no_other_control_characters(error: FcuError) -> No
 
 
 @pytest.mark.parametrize("error", [ScenarioError, RubricError], ids=lambda error: error.__name__)
-def test_long_problem_in_file_is_cut(error: Callable[..., FcuError]) -> None:
+def test_long_error_text_of_file_is_cut(error: Callable[..., FcuError]) -> None:
     assert len(str(error("file", "key", "x" * 10_000))) < LONGEST
     assert len(str(RecordingError("file", 1, "x" * 10_000))) < LONGEST
     assert len(str(FirmwareFileError("file", "x" * 10_000))) < LONGEST

@@ -82,7 +82,7 @@ def test_altitude_is_correct_in_standard_atmosphere() -> None:
 
 @pytest.mark.parametrize("press", [260.0, 900.0, 976.2, 977.39, 1260.0])
 @pytest.mark.parametrize("temperature", [-10.0, 21.5])
-def test_altitude_is_hypsometric_formula(press: float, temperature: float) -> None:
+def test_altitude_equals_hypsometric_formula(press: float, temperature: float) -> None:
     # h = ((P0/P)^(1/5.257) - 1) * (T + 273.15) / 0.0065, here by way of logarithms
     expected = math.expm1((math.log(977.4) - math.log(press)) / 5.257) * (temperature + 273.15) / 0.0065
     assert getAltitude(press, temperature, 977.4) == pytest.approx(expected, rel=1e-6)

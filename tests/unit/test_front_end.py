@@ -126,7 +126,7 @@ def test_sample_does_not_depend_on_its_block(first: int, counts: list[int], rate
 
 
 @pytest.mark.parametrize("rate_hz", [52.0, 833.0])
-def test_slow_signal_shortcut_differs_little_from_exact(rate_hz: float) -> None:
+def test_shortcut_for_slow_signal_is_nearly_exact(rate_hz: float) -> None:
     world = World()
     use = kernel(rate_hz, 400.0, None, 2.0)
     duration_s = use.delay_s * 26

@@ -106,7 +106,7 @@ def test_impossible_length_is_refused() -> None:
     assert refused.value.kind == "read_length"
 
 
-def test_trace_names_registers_when_enabled() -> None:
+def test_trace_shows_names_of_registers_when_enabled() -> None:
     board = Board()
     board.i2c2.write(LSM6DSL, b"\x10\xa8")
     assert not board.trace.of(BusTransfer)

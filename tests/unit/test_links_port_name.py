@@ -49,7 +49,9 @@ def test_announcement_shows_port_and_commands_to_paste(tmp_path: Path) -> None:
     ]
 
 
-def test_default_names_count_up_in_private_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_default_names_are_numbered_in_private_directory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     directory = tmp_path / "fcu-emulator"
     with contextlib.closing(open_link("pty")) as first, contextlib.closing(open_link("pty")) as second:

@@ -66,7 +66,7 @@ def test_all_byte_values_pass_without_newline_translation(pipe: Pipe) -> None:
     assert pipe.read_exactly(256) == ALL_BYTES
 
 
-def test_each_send_is_visible_at_once(pipe: Pipe) -> None:
+def test_each_send_is_visible_immediately(pipe: Pipe) -> None:
     for line in (b"one\n", b"two"):
         pipe.link.send(line)
         assert pipe.read_exactly(len(line)) == line
@@ -230,7 +230,7 @@ def test_announcement_omits_typing_without_keyboard(pipe: Pipe, words: Words) ->
     words("run", line)
 
 
-def test_flush_with_nothing_queued_returns_at_once(pipe: Pipe) -> None:
+def test_flush_with_nothing_queued_returns_immediately(pipe: Pipe) -> None:
     started_s = time.monotonic()
     pipe.link.flush(6 * DEADLINE_S)
     assert time.monotonic() - started_s < DEADLINE_S

@@ -77,7 +77,7 @@ def test_cancellation_can_be_enabled_while_measuring() -> None:
 
 
 @pytest.mark.parametrize(("measured", "kept"), [(10, PLUS), (11, MINUS)])
-def test_disabled_cancellation_keeps_last_polarity_until_set_pulse(
+def test_disabled_cancellation_keeps_latest_polarity_until_set_pulse(
     measured: int, kept: tuple[int, ...]
 ) -> None:
     """Alternation begins with a reset pulse. Set pulses come every 63 samples after leaving idle."""
@@ -91,7 +91,7 @@ def test_disabled_cancellation_keeps_last_polarity_until_set_pulse(
     assert rest == [kept] * (63 - measured) + [PLUS] * (200 - 63 + measured)
 
 
-def test_set_freq_sends_set_pulse_on_leaving_idle() -> None:
+def test_set_freq_bit_sends_set_pulse_after_idle() -> None:
     chip = started(OFF_CANC | SET_FREQ)
     run(chip, 10)
     chip.counts(MAGNETOMETER)  # the 11th

@@ -103,7 +103,7 @@ def test_single_measurement_raises_data_ready_pin() -> None:
     assert chip.part.next_event_ps() == NEVER_PS
 
 
-def test_pending_data_ready_shows_when_routed() -> None:
+def test_pending_data_ready_appears_on_pin_when_routed() -> None:
     chip = x_counts(1)
     chip.write(CFG_REG_A, 0x8C)
     chip.t_ps = at(0) + 1

@@ -30,7 +30,7 @@ def test_registers_answer_20_ms_after_power_on() -> None:
     assert [part.accessible(PS_PER_MS + ps) for ps in (0, BOOT_PS - 1, BOOT_PS)] == [False, False, True]
 
 
-def test_sensor_is_by_default_powered_long_ago() -> None:
+def test_default_sensor_was_powered_on_long_ago() -> None:
     assert Chip("LIS2MDL").part.accessible(0)
 
 

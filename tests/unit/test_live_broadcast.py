@@ -104,7 +104,7 @@ def test_command_result_is_sent_5_ms_after_state(sent: Sent, after_ms: int, show
     assert shown[0] - state_ms == pytest.approx(shown_ms, abs=1)
 
 
-def test_frame_wait_depends_on_changes_and_clients(sent: Sent) -> None:
+def test_wait_for_frame_depends_on_changes_and_clients(sent: Sent) -> None:
     sent.pass_ms(100, changed=True)
     last_ms = sent.times(messages.State)[-1]
 

@@ -41,7 +41,7 @@ def test_one_shot_measures_once(res_conf: int, conversion_ms: int) -> None:
     assert chip.byte(STATUS) == 0x00, "no second sample"
 
 
-def test_one_shot_write_while_busy_does_not_restart() -> None:
+def test_write_during_one_shot_does_not_restart_it() -> None:
     """ST's example sets the bit at every poll."""
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG2, 0x11)
@@ -143,7 +143,7 @@ def test_boot_with_swreset_works() -> None:
     assert chip.notes == []
 
 
-def test_ctrl_reg2_0xf8_still_measures() -> None:
+def test_sensor_measures_with_ctrl_reg2_0xf8() -> None:
     """FIFO_EN in bypass mode gives plain outputs, and BOOT clears itself."""
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG2, 0xF8)
@@ -173,7 +173,7 @@ def test_undefined_rate_measures_nothing_and_is_noted(code: int, words: Words) -
 
 
 @pytest.mark.parametrize(("control1", "boots_ps"), [(0x00, PS_PER_MS), (0x30, 40 * PS_PER_MS)])
-def test_boot_status_is_set_while_part_boots(control1: int, boots_ps: int) -> None:
+def test_boot_status_is_set_while_sensor_boots(control1: int, boots_ps: int) -> None:
     """Datasheet 9.15; 9.6: the boot takes one period of the data rate."""
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG1, control1)

@@ -37,7 +37,7 @@ from tests.support.lps22hb_fakes import (
         (PLE | PHE, [0] * 5),
     ],
 )
-def test_flags_follow_difference(enabled: int, expected: list[int]) -> None:
+def test_flags_follow_difference_from_reference(enabled: int, expected: list[int]) -> None:
     """Datasheet 9.1, 9.2 and 9.15: +-THS_P in 1/16 hPa about the reference. At exactly this value no flag is set."""
     lsb = 1 / 4096
     chip = measuring(1000.0, 1002.0, 1002.0 + lsb, 998.0, 998.0 - lsb)

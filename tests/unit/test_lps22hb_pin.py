@@ -77,7 +77,7 @@ def test_fifo_signals_drive_pin(signal: int, expected: list[tuple[float, int]]) 
     assert wire.run(0) == [(40.0, 0)] * len(expected)
 
 
-def test_watermark_falls_with_last_byte_of_level() -> None:
+def test_watermark_falls_with_final_byte_of_level() -> None:
     chip = measuring(1000.0)
     wire = Wire(chip)
     chip.write(CTRL_REG3, 0x10)

@@ -105,7 +105,7 @@ def test_inactive_gyroscope_follows_its_setting(inact: int, g_samples: int) -> N
     assert (bench.byte(CTRL2_G), bench.byte(CTRL4_C)) == (0x40, 0x00)
 
 
-def test_sample_over_threshold_wakes_at_once() -> None:
+def test_sample_over_threshold_wakes_sensor_immediately() -> None:
     bench = woken_at(0.2)
     bench.configure((THRESHOLD, (TAP_CFG, ENABLE | INACT_XL_ONLY)))
     awake_ps = sample_ps(ASLEEP) + 2 * SLOW_PS  # 40.9 ms + 160 ms: the first sample after 0.2 s

@@ -147,7 +147,7 @@ def test_den_fifo_windows_have_alternating_marks() -> None:
     assert bench.fill() == 0
 
 
-def test_words_stay_while_window_is_closed() -> None:
+def test_words_do_not_change_while_window_is_closed() -> None:
     bench = stamping(FIFO, (FIFO_CTRL3, 0x01), (FIFO_CTRL5, CONTINUOUS))
     bench.drive(1)
     bench.after(4)
@@ -288,7 +288,7 @@ def test_undefined_den_mode_is_noted_and_off(mode: int, words: Words) -> None:
     assert bench.read(OUT_XL, 6) == plain.read(OUT_XL, 6)
 
 
-def test_edge_with_lpf2_is_noted(words: Words) -> None:
+def test_den_edge_mode_with_lpf2_is_noted(words: Words) -> None:
     bench = stamping(EDGE, (CTRL4_C, DEN_XL_EN), (CTRL8_XL, 0x80))
 
     assert kinds(bench.notes) == ["forbidden"]

@@ -116,7 +116,7 @@ def test_seventh_step_sets_counter_to_seven() -> None:
 
 
 @pytest.mark.parametrize(("deb_step", "counted"), [(0, 3), (2, 3), (3, 0), (7, 0)])
-def test_debounce_steps_decide_if_steps_count(deb_step: int, counted: int) -> None:
+def test_counting_starts_after_number_of_debounce_steps(deb_step: int, counted: int) -> None:
     chip = running(PEDO_EN, bounce(3), bank_a=((PEDO_DEB, 0x68 | deb_step),))
     chip.wait(5 * PS_PER_S)
 
@@ -127,7 +127,7 @@ def test_debounce_steps_decide_if_steps_count(deb_step: int, counted: int) -> No
     ("deb_time", "counted"),
     [(13, 8), (5, 0)],  # 1040 ms bridge the 500 ms between two steps, 400 ms do not
 )
-def test_debounce_time_decides_if_steps_count(deb_time: int, counted: int) -> None:
+def test_pause_longer_than_debounce_time_restarts_debounce(deb_time: int, counted: int) -> None:
     """Datasheet 11.18: 80 ms per LSB. After a longer pause the debounce begins again."""
     chip = running(PEDO_EN, bounce(8), bank_a=((PEDO_DEB, deb_time << 3 | 6),))
     chip.wait(10 * PS_PER_S)
@@ -181,7 +181,7 @@ def test_all_rates_from_26_hz_count_equal_steps(code: int, percent: float, words
         words("sensors", text)
 
 
-def test_step_counter_survives_off_and_clears_on_request() -> None:
+def test_step_counter_survives_disabling_and_clears_on_request() -> None:
     """AN5040 6.1: PEDO_RST_STEP keeps the counter at 0 until the bit is cleared."""
     chip = running(PEDO_EN, bounce(1000))
     chip.wait(10 * PS_PER_S)
@@ -333,7 +333,7 @@ def test_step_timestamp_is_upper_part_of_step_time(timer_hr: int, tick_ps: int) 
     assert stamp in {int(t_s * PS_PER_S / tick_ps) >> 8 for t_s in np.arange(5.2, 5.6, 0.001)}
 
 
-def test_delta_time_reports_steps_within_it() -> None:
+def test_delta_time_reports_steps_within_that_time() -> None:
     """Datasheet 11.19: 1.6384 s per LSB."""
     chip = running(
         PEDO_EN | TIMER_EN, bounce(1, at_s=4.0), bank_a=((PEDO_DEB, 0x68), (STEP_COUNT_DELTA, 0x01))
@@ -447,7 +447,7 @@ def test_wrist_tilt_with_reset_values_detects_new_positions() -> None:
     ]
 
 
-def test_wrist_tilt_names_axis_and_direction() -> None:
+def test_wrist_tilt_reports_axis_and_direction() -> None:
     chip = running(WRIST_TILT_EN, turned((1.0, -90.0)))
     chip.write(TAP_CFG, 0x01)
     chip.write(0x0B, 0x01)  # INT2_WRIST_TILT: routed, so it latches

@@ -119,7 +119,7 @@ def test_wake_up_needs_wake_dur_samples_over_threshold(duration: int) -> None:
     assert numbers(bits, WU_IA) == list(range(2 + duration, 7))
 
 
-def test_high_pass_for_wake_up_outlasts_slope() -> None:
+def test_wake_up_high_pass_lasts_longer_than_slope() -> None:
     """SLOPE_FDS: after a step the slope returns to 0 at once, but the high-pass at ODR/9 decays."""
     samples = [STILL] * 3 + [(1000.0, 0.0, 0.0)] * 40
     ths = (WAKE_UP_THS, 8)  # 250 mg
@@ -313,7 +313,7 @@ def test_reading_one_source_keeps_others() -> None:
 # -- enable, power-down, reset ------------------------------------------------------------------------------
 
 
-def test_without_interrupts_enable_nothing_is_detected() -> None:
+def test_without_interrupts_enable_no_event_is_detected() -> None:
     bench = Bench([STILL, FLAT] * 20, (FREE_FALL, 7), (TAP_CFG, 0x0E), (MD1_CFG, 0xFC)).at(39)
 
     assert [bench.byte(register) for register in (WAKE_UP_SRC, TAP_SRC, D6D_SRC)] == [0, 0, 0]

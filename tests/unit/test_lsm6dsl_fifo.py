@@ -125,7 +125,7 @@ def test_slower_fifo_starts_with_next_sample_when_enabled() -> None:
     assert chip.read(FIFO_DATA_OUT, 6) == chip.read(0x28, 6)
 
 
-def test_gyroscope_leads_at_equal_rates() -> None:
+def test_gyroscope_comes_first_at_equal_rates() -> None:
     """AN5040 section 3: the accelerometer is synchronised to the gyroscope."""
     bench = bench_of(BYPASS, dec=(1, 1, 0, 0))
     bench.wait(2 * PS_PER_MS)
@@ -290,7 +290,7 @@ def test_fifo_mode_stops_before_overfull(sets: int, words: int) -> None:
     assert status(chip)[:2] == (words - 1, FULL), "reading does not start it again"
 
 
-def test_fifo_mode_with_watermark_limit_stops_before_it() -> None:
+def test_fifo_mode_limited_to_watermark_stops_before_watermark() -> None:
     """AN5040: with FTH = 21 and one sensor it stops at 18, and WaterM is never set."""
     chip = fifo_of(FIFO, ctrl4=STOP_ON_FTH, watermark=21)
     samples(chip, 5)
@@ -316,7 +316,7 @@ def test_mode_change_restarts_stopped_fifo(looks: int) -> None:
     assert chip.read(FIFO_DATA_OUT, 120)[-6:] == chip.read(0x28, 6)
 
 
-def test_continuous_mode_limited_to_watermark_reaches_it() -> None:
+def test_continuous_mode_limited_to_watermark_reaches_watermark() -> None:
     """AN5040: FULL_SMART at 18, WaterM at 21. Then the oldest words are dropped."""
     chip = fifo_of(CONTINUOUS, ctrl4=STOP_ON_FTH, watermark=21)
     samples(chip, 6)

@@ -143,7 +143,7 @@ def test_data_sets_are_stored_at_every_step() -> None:
     assert bench.words(9) == latest
 
 
-def test_data_sets_are_stored_after_hub_reads() -> None:
+def test_data_sets_are_stored_after_reads_of_hub() -> None:
     bench = bench_of(BYPASS, dec=(0, 0, 1, 0))
     bench.write(0x1A, 0x40)  # DATA_VALID_SEL_FIFO
     bench.write(FIFO_CTRL5, HZ_104 << 3 | CONTINUOUS)
@@ -160,7 +160,7 @@ def test_data_sets_are_stored_after_hub_reads() -> None:
 # -- signals and pins -----------------------------------------------------------------------------------
 
 
-def test_flag_signals_have_sample_or_read_time() -> None:
+def test_flag_signals_change_at_sample_or_read_time() -> None:
     bench = bench_of(BYPASS)
     bench.write(FIFO_CTRL1, 9)
     bench.write(FIFO_CTRL5, HZ_104 << 3 | CONTINUOUS)

@@ -253,7 +253,7 @@ def slaves(*configs: tuple[int, int, int, int]) -> Writes:
     return tuple(writes)
 
 
-def test_results_are_packed_one_after_other() -> None:
+def test_outputs_of_slaves_are_packed_without_gaps() -> None:
     """AN5040 7.2: SENSORHUB1 to 12, then 13 to 18, in the order of the slaves."""
     device, other = Recorder(), Recorder()
     chip = hub(
@@ -295,7 +295,7 @@ def test_slave_without_read_uses_no_output_bytes() -> None:
     assert outputs(chip) == b"\x30\x31" + bytes(16)
 
 
-def test_rates_are_every_trigger_to_every_eighth() -> None:
+def test_slave_rate_divides_triggers_by_1_to_8() -> None:
     device = Recorder()
     chip = hub(slaves(*((0x3D, 0x10 * (code + 1), 1, code) for code in range(4))), a1E=device)
     chip.t_ps = -(-16 * PS_PER_S // 104) + 9 * PS_PER_MS
@@ -341,7 +341,7 @@ def test_src_mode_reads_only_if_tested_register_nonzero(status: int, reads: int)
     assert device.reads[-1][0] == -(-PS_PER_S // 104) + read_ps(1) + reads * read_ps(6)
 
 
-def test_silent_slaves_are_named_and_keep_their_bytes() -> None:
+def test_silent_slaves_are_reported_and_keep_their_bytes() -> None:
     """Datasheet 9.68: FUNC_SRC2 bits 3 to 6. The flag shows the latest round."""
     device = Recorder()
     chip = hub(
@@ -413,7 +413,7 @@ def by_pin(high: bool = False) -> tuple[Chip, Recorder]:
     return chip, device
 
 
-def test_int2_going_high_triggers_round() -> None:
+def test_rise_of_int2_triggers_round_of_hub() -> None:
     """With START_CONFIG = 1, INT2 is an input."""
     chip, device = by_pin()
     pin = lsm6dsl(chip).int2
@@ -431,7 +431,7 @@ def test_int2_going_high_triggers_round() -> None:
     assert chip.notes == []
 
 
-def test_int2_going_high_during_round_is_lost() -> None:
+def test_rise_of_int2_during_round_is_ignored() -> None:
     chip, device = by_pin()
     for level in (1, 0, 1, 0):
         lsm6dsl(chip).int2.apply(level, chip.t_ps)

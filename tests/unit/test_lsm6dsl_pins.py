@@ -192,7 +192,7 @@ def test_int2_as_input_is_not_driven(writes: tuple[tuple[int, int], ...]) -> Non
     assert wires.raise_all(("FTH",), 1) == [1, None]
 
 
-def test_active_signal_shows_when_routed() -> None:
+def test_active_signal_appears_on_pin_when_routed() -> None:
     bench = Bench([STILL], (FREE_FALL, 3), (TAP_CFG, ENABLE)).at(10)
     bench.wait(5)
     bench.byte(0x1B)

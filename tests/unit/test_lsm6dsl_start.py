@@ -46,7 +46,7 @@ def test_gyroscope_drive_takes_35_ms_after_power_down(code: int, ctrl7: int) -> 
 
 
 @pytest.mark.parametrize("ms", [0.0, 12.5, 70.0])
-def test_another_turn_on_time_can_be_given(ms: float) -> None:
+def test_gyroscope_turn_on_time_can_be_set(ms: float) -> None:
     """AN5040's Tables 14 to 16 let drivers wait for 70 ms."""
     chip = Chip("LSM6DSL", LSM6DSLErrors(gyro_turn_on_ms=ms))
     chip.write(CTRL2_G, 0x60)
@@ -204,7 +204,7 @@ def test_sensor_rate_may_be_fast_or_slow(channel: Channel, writes: Writes, perce
     assert chip.is_ready(channel)
 
 
-def test_samples_of_fast_sensor_come_earlier() -> None:
+def test_fast_sensor_samples_world_at_earlier_times() -> None:
     chip = Chip("LSM6DSL", LSM6DSLErrors(odr_percent=10.0))
     chip.world.signals["acceleration_g"] = ramp((0.0, 0.0, 0.0), (0.1, 0.0, 0.0))
     chip.write(CTRL1_XL, 0x40)

@@ -46,7 +46,7 @@ def test_all_signals_are_replayed_in_units_of_world(tmp_path: Path) -> None:
     np.testing.assert_allclose(world.temperature_degc(t), [20, 25, 30, 30])
 
 
-def test_attitude_is_followed_with_or_without_altitude(tmp_path: Path) -> None:
+def test_recorded_attitude_is_followed_with_or_without_altitude(tmp_path: Path) -> None:
     world = World()
     world.replay(load_recording(write(tmp_path, f"{ATTITUDE_HEADER}\n0,0,0,0\n2,0,60,0\n")))
     np.testing.assert_allclose(world.attitude_deg([1.0, 5.0])[:, 1], [30, 60])
@@ -94,7 +94,7 @@ def test_alternative_spellings_are_accepted(tmp_path: Path, text: str) -> None:
         (f"{ATTITUDE_HEADER},temp_C", "mixed_columns"),
     ],
 )
-def test_wrong_header_is_named(tmp_path: Path, header: str, kind: str, words: Words) -> None:
+def test_wrong_header_is_reported(tmp_path: Path, header: str, kind: str, words: Words) -> None:
     error = refusal(write(tmp_path, f"{header}\n" if header else ""))
     assert (error.line, error.kind) == (1, kind)
     words("recording", error.problem)
@@ -124,7 +124,7 @@ def test_wrong_header_is_named(tmp_path: Path, header: str, kind: str, words: Wo
         ("0,970,20\n2,970,20\n1,970,20\n", 4, "time_order"),
     ],
 )
-def test_wrong_row_is_named_by_its_line(
+def test_wrong_row_is_reported_with_its_line(
     tmp_path: Path, rows: str, line: int, kind: str, words: Words
 ) -> None:
     error = refusal(write(tmp_path, f"t_s,p_hPa,temp_C\n{rows}"))

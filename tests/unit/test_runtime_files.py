@@ -123,7 +123,7 @@ def test_invalid_stored_token_is_replaced(folder: Path) -> None:
 
 
 @posix
-def test_own_file_is_read_completely_or_refused(folder: Path) -> None:
+def test_file_of_user_is_read_completely_or_refused(folder: Path) -> None:
     file = folder / "file"
     file.write_bytes(b"12345")
     assert read_own_file(file, 5) == b"12345"

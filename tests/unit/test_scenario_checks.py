@@ -63,7 +63,7 @@ NOT_MET = [
 
 
 @pytest.mark.parametrize(("kind", "keys"), MET)
-def test_met_expectation_is_not_finding(tmp_path: Path, kind: str, keys: str) -> None:
+def test_met_expectation_causes_no_finding(tmp_path: Path, kind: str, keys: str) -> None:
     result = play(tmp_path, f"{IDEAL}[[expect]]\nkind = '{kind}'\n{keys}\n")
     assert result.passed
     assert (result.passed_count, result.failed_count, len(result.lines)) == (1, 0, 1)
@@ -201,7 +201,7 @@ def test_motion_after_jump_starts_from_new_attitude(tmp_path: Path) -> None:
     assert result.passed, result.lines
 
 
-def test_malformed_line_is_not_wrong_value() -> None:
+def test_malformed_line_is_not_reported_as_wrong_value() -> None:
     expectation = ExpectField.model_validate(
         {"kind": "field", "name": "Pitch", "value": 1.0, "tolerance": 0.1}
     )
@@ -297,7 +297,7 @@ def test_only_banner_has_two_accepted_spellings() -> None:
     assert same_banner("FW rev.1.0") == "FW rev.1.0"
 
 
-def test_report_compares_prints_with_truth(tmp_path: Path, words: Words) -> None:
+def test_report_compares_printed_values_with_truth(tmp_path: Path, words: Words) -> None:
     result = play(tmp_path, f"{IDEAL}[[report]]\nfield = 'Pitch'\nagainst = 'truth'\n")
     words("scenario", f"{result.reports[0]}\n{result.reports[-1]}")
     assert len(result.reports) == 5
@@ -336,7 +336,7 @@ def test_report_without_printed_values_is_explained(tmp_path: Path, words: Words
     words("scenario", line)
 
 
-def test_report_flags_angles_of_accelerated_board(tmp_path: Path) -> None:
+def test_report_marks_angles_of_accelerated_board(tmp_path: Path) -> None:
     """Slides, "eCompass math": the tilt is valid only if the modulus is near g."""
     file = tmp_path / "shaken.toml"
     file.write_text(

@@ -151,7 +151,7 @@ def test_place_outside_model_is_refused(tmp_path: Path, place: str, kind: str, w
     words("scenario", error.problem)
 
 
-def test_overlapping_motions_are_both_named(tmp_path: Path) -> None:
+def test_overlapping_motions_are_both_reported(tmp_path: Path) -> None:
     sweep = "[[timeline]]\ndo = 'sweep'\naxis = 'yaw'\nto_deg = 9\nfor = '1s'\nat = '1s'\n"
     error = refusal(tmp_path, HEAD + "[[timeline]]\ndo = 'rotate_to'\nfor = '2s'\n" + HOLD + sweep)
     assert (error.key, error.kind) == ("timeline[2].at", "overlap")

@@ -25,7 +25,7 @@ def test_weather_changes_pressure_at_every_height() -> None:
     np.testing.assert_array_equal(higher.altitude_m([100.0]), 100)
 
 
-def test_gusts_are_slow_and_quarter_of_wind_pressure() -> None:
+def test_gusts_are_slow_with_quarter_of_wind_pressure() -> None:
     """rho v^2 / 2 is 0.6 hPa at 10 m/s. Most of the power is below 0.5 Hz."""
     world = World()
     still = world.pressure_hpa([0.0])

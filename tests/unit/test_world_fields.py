@@ -90,7 +90,7 @@ def test_held_magnet_equals_passing_magnet_at_its_place() -> None:
 
 
 @given(place=st.tuples(*[st.floats(-0.5, 0.5)] * 3).filter(lambda place: np.linalg.norm(place) > 0.05))
-def test_held_magnet_field_is_slope_of_its_potential(place: tuple[float, float, float]) -> None:
+def test_field_of_held_magnet_is_slope_of_potential(place: tuple[float, float, float]) -> None:
     """Jackson, Classical Electrodynamics, section 5.6: outside, B is -grad (m . r / r^3)."""
     world, step = World(), 1e-5 * np.eye(3)
     world.follow_magnet(*place, moment_am2=0.3)

@@ -207,7 +207,7 @@ def test_figure_of_eight_by_unknown_actor_is_refused() -> None:
     assert refused.value.kind == "choice"
 
 
-def test_put_down_is_one_change_for_observers() -> None:
+def test_putting_down_is_one_change_for_observers() -> None:
     """No observer sees the height of a board that is both in the hand and put down."""
     world = held(MOTIONS["none"], 0.0)
     world.rotate_to(60, 40, 0, duration_s=0.5)

@@ -114,7 +114,7 @@ def recorded_altitude(t_s: list[float] | np.ndarray, metres: list[float] | np.nd
     return Recording("stairs.csv", np.array(t_s, dtype=float), groups)
 
 
-def test_recorded_altitude_passes_rows_with_acceleration() -> None:
+def test_recorded_altitude_passes_through_rows_with_acceleration() -> None:
     world = World()
     assert world.replay(recorded_altitude([0.0, 2.0, 4.0], [0.0, 3.0, 1.0]), start_s=1) == 5.0
     np.testing.assert_allclose(world.altitude_m([0.0, 1.0, 3.0, 5.0, 6.0]), [0, 0, 3, 1, 1])

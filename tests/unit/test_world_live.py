@@ -67,7 +67,7 @@ def test_setter_cancels_planned_motion_of_its_quantity(clock: Clock, world: Worl
     assert world.altitude_m([9.0])[0] == 2
 
 
-def test_on_change_reports_earliest_changed_time(clock: Clock, world: World) -> None:
+def test_change_callback_gets_earliest_changed_time(clock: Clock, world: World) -> None:
     heard: list[float] = []
     world.on_change(heard.append)
     clock.advance_to(to_ps(1.5))

@@ -40,12 +40,12 @@ def test_motor_vibration_is_at_speed_and_blade_frequency(axis: int, lines: int) 
     assert len(scipy_signal.find_peaks(power, height=0.1 * power.max())[0]) == 4
 
 
-def test_single_motor_force_rotates() -> None:
+def test_force_of_single_motor_rotates() -> None:
     force = shaken_m_s2((0, 0, 0.5, 0))
     np.testing.assert_allclose(np.hypot(force[:, 0], force[:, 1]), 15 / np.sqrt(2) * 0.25, rtol=1e-9)
 
 
-def test_current_field_follows_board_and_throttle() -> None:
+def test_magnetic_field_of_current_follows_board_and_throttle() -> None:
     world = World()
     at_rest = world.magnetic_field_mgauss([0.0])
     hard_iron = world.hard_iron_mgauss([0.0])
