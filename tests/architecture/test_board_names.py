@@ -56,16 +56,16 @@ def code(path: Path) -> Iterator[str]:
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(EMULATOR).as_posix())
-def test_shared_code_names_nothing_of_board(path: Path) -> None:
+def test_shared_code_contains_no_names_of_board(path: Path) -> None:
     assert sorted({name for text in {*code(path)} - SETTINGS for name in NAMED.findall(text)}) == []
 
 
 @pytest.mark.parametrize("command", ["run", "diff"])
-def test_help_names_boards_wirings(command: str) -> None:
+def test_help_lists_wirings_of_board(command: str) -> None:
     text = CliRunner().invoke(cli, [command, "--help"]).output
     assert " or ".join(wiring.name for wiring in FCU001V1.wirings) in " ".join(text.split())
 
 
-def test_new_projects_offer_buses_of_wirings() -> None:
+def test_new_command_help_lists_buses_of_wirings() -> None:
     text = CliRunner().invoke(cli, ["new", "--help"]).output
     assert f"[{'|'.join(wiring.bus for wiring in FCU001V1.wirings)}]" in text

@@ -108,7 +108,7 @@ def imports(name: str) -> tuple[Import, ...]:
 
 
 def ours(module: str) -> str:
-    """Return a module of the project by its folder in the repository: the public names are those of emulator/."""
+    """Return the name of a module by its folder in the repository; ``fcu_emulator`` is the folder emulator/."""
     return "emulator" if module == "fcu_emulator" else module.removeprefix("fcu_emulator.")
 
 
@@ -171,7 +171,7 @@ def test_lower_layer_imports_only_numpy_and_standard_library(package: str) -> No
 
 
 @pytest.mark.parametrize("library", ONLY_IN)
-def test_library_is_imported_in_its_own_place(library: str) -> None:
+def test_library_is_imported_only_in_listed_modules(library: str) -> None:
     outside = {
         name
         for name in NAMES
@@ -248,12 +248,12 @@ def test_packages_import_only_lower_packages() -> None:
     assert upward == set()
 
 
-def test_every_package_has_its_place_in_order() -> None:
+def test_import_order_lists_every_package() -> None:
     assert {package_or_module(module) for module in MODULES} == set(ORDER)
 
 
 @pytest.mark.parametrize("module", [dotted(name) for name in NAMES if name.endswith("__init__.py")])
-def test_package_import_needs_nothing_missing_on_windows(module: str) -> None:
+def test_package_import_needs_no_module_missing_on_windows(module: str) -> None:
     needed = {
         (one, entry.module)
         for one in reached_from(module)

@@ -163,7 +163,7 @@ def version_in(folder: Path) -> str:
     return version
 
 
-def test_all_files_name_one_version(copy: Path) -> None:
+def test_all_files_state_same_version(copy: Path) -> None:
     version = version_in(copy)
 
     assert list(problems(copy)) == list(problems(copy, "refs/heads/main")) == []
@@ -172,7 +172,7 @@ def test_all_files_name_one_version(copy: Path) -> None:
 
 
 @pytest.mark.parametrize("name", VERSIONED[1:])
-def test_file_with_another_version_is_named(name: str, copy: Path) -> None:
+def test_file_with_another_version_is_reported(name: str, copy: Path) -> None:
     file = copy / name
     file.write_text(file.read_text(encoding="utf-8").replace(version_in(copy), "99.0"), encoding="utf-8")
     (problem,) = problems(copy)

@@ -17,7 +17,7 @@ def forbidden(chip: Chip) -> list[str]:
 
 
 @pytest.mark.parametrize("case", CASES, ids=str)
-def test_forbidden_setting_is_named_once(case: Case, words: Words) -> None:
+def test_forbidden_setting_is_reported_once(case: Case, words: Words) -> None:
     chip = Chip(case.part)
     chip.configure((*case.before, *case.writes[:-1]))
     allowed = forbidden(chip)
@@ -39,7 +39,7 @@ def test_settings_before_the_forbidden_one_leave_no_note(case: Case) -> None:
     assert forbidden(chip) == []
 
 
-def test_hub_reads_beyond_its_outputs_are_noted(words: Words) -> None:
+def test_reads_of_hub_beyond_its_outputs_are_noted(words: Words) -> None:
     """AN5040 7.2: 18 bytes, or 12 with the correction on, which needs the other bytes (7.5)."""
     chip = Chip("LSM6DSL")
     chip.configure((BANK_A, (0x02, 0x3D), (0x04, 0x27), (0x05, 0x3D), (0x07, 0x07), (0x08, 0x3D), (0x0A, 7)))
@@ -62,7 +62,7 @@ def test_empty_fifo_read_is_noted(words: Words) -> None:
 
 
 def test_lps22hb_boot_with_swreset_is_allowed() -> None:
-    """Two drivers write both bits, including the board's driver, and then the sensor works."""
+    """Two drivers, one of them the board's driver, write both bits; then the sensor works."""
     chip = Chip("LPS22HB")
     chip.write(0x11, 0x94)
 

@@ -103,7 +103,7 @@ SETTINGS: list[tuple[Channel, Writes, float]] = [
 
 
 @pytest.mark.parametrize(("channel", "writes", "expected"), SETTINGS, ids=str)
-def test_rms_is_datasheets(channel: Channel, writes: Writes, expected: float) -> None:
+def test_noise_rms_equals_datasheet(channel: Channel, writes: Writes, expected: float) -> None:
     """The RMS over 10 s. One slow axis with a narrow filter has few independent samples, so four sensors are used."""
     seeds = range(4) if channel.axes == 1 else (5,)
     count = int(10 * channel.rate_hz)
@@ -116,7 +116,7 @@ def test_rms_is_datasheets(channel: Channel, writes: Writes, expected: float) ->
     [(0x00, -0.05, 0.05), (0xC0, 0.80, 0.92), (0x80, 0.985, 1.0), (0x04, -0.55, -0.45)],
 )
 def test_successive_samples_are_correlated_by_filter(ctrl8: int, low: float, high: float) -> None:
-    """White; ODR/9 (0.87 for the analog prototype); ODR/50; slope, (x[n] - x[n-1]) / 2: -1/2."""
+    """Cases: white noise; ODR/9 (0.87 for the analog prototype); ODR/50; slope, (x[n] - x[n-1]) / 2, with -1/2."""
     samples = still(XL_416, ((CTRL8_XL, ctrl8), (CTRL1_XL, 0x60)), 4000, skip=200)
     correlation = float(np.sum(samples[1:] * samples[:-1]) / np.sum(samples**2))
     assert low < correlation < high

@@ -34,7 +34,7 @@ def counts_per_sample(channel: Channel) -> int:
 
 
 def started(channel: Channel) -> Chip:
-    """Start a channel. Sample k reads k + 1 such steps on the first axis, and 1000 counts more on each next axis."""
+    """Start a channel. Sample k has k + 1 steps of ``counts_per_sample`` on axis 0, each next axis 1000 counts more."""
     chip = Chip(channel.part)
     lsb = channel.scales[0][1]
     step = counts_per_sample(channel) * lsb
@@ -53,7 +53,7 @@ def word_bytes(channel: Channel, sample: int, axis: int) -> bytes:
 
 
 class Samples:
-    """Oracle of the samples that have come by a given time, one by one."""
+    """Oracle that takes the samples up to a given time, one by one."""
 
     def __init__(self, channel: Channel, on_sample: Callable[[], None]) -> None:
         self._channel = channel

@@ -157,7 +157,7 @@ def test_each_table_lists_every_address_once(part: str) -> None:
 
 
 @pytest.mark.parametrize("row", LISTED, ids=str)
-def test_byte_has_listed_name_access_reset_and_mask(row: Row) -> None:
+def test_attributes_of_byte_equal_those_in_table(row: Row) -> None:
     bank_map, register = MAPS[row.part, row.bank], row.register()
     given = RESET_OF_OUTPUTS.get((row.part, row.name), 0) if row.reset == "output" else int(row.reset, 16)
 
@@ -169,7 +169,7 @@ def test_byte_has_listed_name_access_reset_and_mask(row: Row) -> None:
 
 
 @pytest.mark.parametrize("row", LISTED, ids=str)
-def test_byte_has_listed_fields(row: Row) -> None:
+def test_fields_of_byte_equal_those_in_table(row: Row) -> None:
     register = row.register()
     assert register is not None
 
@@ -211,7 +211,7 @@ def test_registers_and_fields_have_descriptions(part: str, bank: str, register: 
 
 
 @pytest.mark.parametrize(("part", "address", "value"), LAB_SETUP)
-def test_lab_set_up_touches_modelled_bits_only(part: str, address: int, value: int) -> None:
+def test_lab_setup_changes_only_modelled_bits(part: str, address: int, value: int) -> None:
     bank_map = MAPS[part, "main"]
 
     assert value & bank_map.write_mask[address] == value

@@ -40,19 +40,19 @@ def running(name: str) -> Chip:
     return chip
 
 
-def test_every_part_has_facts_for_these_tests() -> None:
+def test_every_sensor_has_facts_for_these_tests() -> None:
     assert set(FACTS) == set(SENSORS)
     assert {channel.part for channel in CHANNELS} == set(SENSORS)
 
 
 @parts
-def test_part_is_registered_under_its_own_name(name: str) -> None:
+def test_sensor_is_registered_under_its_own_name(name: str) -> None:
     assert name == SENSORS[name].NAME
     assert FACTS[name].who_am_i[1] == SENSORS[name].WHO_AM_I
 
 
 @parts
-def test_who_am_i_is_identity(name: str) -> None:
+def test_who_am_i_is_read_only_identity(name: str) -> None:
     address, identity = FACTS[name].who_am_i
     chip = Chip(name)
 
@@ -89,7 +89,7 @@ def test_soft_reset_restores_written_registers(name: str, data: st.DataObject) -
 
 
 @parts
-def test_part_stays_silent_after_soft_reset(name: str) -> None:
+def test_sensor_stays_silent_after_soft_reset(name: str) -> None:
     facts, chip = FACTS[name], running(name)
     chip.wait(PS_PER_S)
 
@@ -124,7 +124,7 @@ def test_writes_change_writable_bits_only(name: str, writes: list[tuple[int, int
 
 @parts
 @given(data=st.data(), value=BYTES)
-def test_written_byte_reads_back_in_writable_bits(name: str, data: st.DataObject, value: int) -> None:
+def test_writable_bits_of_written_byte_are_readable(name: str, data: st.DataObject, value: int) -> None:
     chip = Chip(name)
     bank = chip.part.registers.map
     names = ("FUNC_CFG_ACCESS", "TIMESTAMP2_REG")  # the latter reads the counter
@@ -139,7 +139,7 @@ def test_written_byte_reads_back_in_writable_bits(name: str, data: st.DataObject
 
 @parts
 @given(data=st.data(), values=st.binary(min_size=1, max_size=4))
-def test_reserved_addresses_read_0_and_nothing_sticks(name: str, data: st.DataObject, values: bytes) -> None:
+def test_reserved_addresses_read_0_and_ignore_writes(name: str, data: st.DataObject, values: bytes) -> None:
     chip = Chip(name)
     reserved = [a for a in range(0x80) if chip.part.register_name(a) == "reserved"]
     address = data.draw(st.sampled_from(reserved))
@@ -214,7 +214,7 @@ def test_burst_write_equals_single_byte_writes(name: str, start: int, values: by
 
 
 @pytest.mark.parametrize("channel", CHANNELS, ids=str)
-def test_power_down_keeps_last_sample(channel: Channel) -> None:
+def test_power_down_keeps_latest_sample(channel: Channel) -> None:
     chip = running(channel.part)
     chip.wait(PS_PER_S)
     last = chip.counts(channel)
@@ -252,7 +252,7 @@ def test_setting_unmodelled_bit_is_noted(name: str) -> None:
 
 
 @parts
-def test_write_log_has_register_old_and_new_value(name: str) -> None:
+def test_write_log_has_register_and_both_values(name: str) -> None:
     chip = Chip(name)
     address, register = FACTS[name].plain
 

@@ -28,7 +28,7 @@ WORLD = {
 
 
 @parts
-def test_part_is_built_from_its_declared_signals(part: type[Sensor]) -> None:
+def test_sensor_is_built_from_its_declared_signals(part: type[Sensor]) -> None:
     chip = part.build(WORLD, part.ERRORS.of_quality("worst", 3), 3, powered_on_ps=None)
 
     for quantity in part.SIGNALS:
@@ -56,7 +56,7 @@ def test_outputs_have_datasheet_addresses(channel: Channel) -> None:
 
 
 @parts
-def test_missing_signal_is_named(part: type[Sensor]) -> None:
+def test_missing_signal_is_reported(part: type[Sensor]) -> None:
     missing = part.SIGNALS[0].name
 
     with pytest.raises(KeyError, match=missing):
@@ -72,7 +72,7 @@ def test_every_deviation_has_description_unit_and_source(part: type[Sensor]) -> 
         assert figure.source
 
 
-def test_addresses_are_datasheets() -> None:
+def test_addresses_equal_datasheet() -> None:
     """LSM6DSL datasheet Table 12, LIS2MDL 6.1.1, LPS22HB Table 11."""
     assert LSM6DSL.BUS.i2c_addresses == (0x6A, 0x6B)
     assert LIS2MDL.BUS.i2c_addresses == (0x1E,)
@@ -80,7 +80,7 @@ def test_addresses_are_datasheets() -> None:
 
 
 @parts
-def test_part_uses_declared_wires_after_reset(part: type[Sensor]) -> None:
+def test_sensor_uses_declared_wires_after_reset(part: type[Sensor]) -> None:
     chip = part.build(WORLD)
 
     assert part.BUS.spi_wires in (None, chip.spi_wires())
@@ -121,7 +121,7 @@ def i2c_read(target: SubaddressTarget, subaddress: int, counts: list[int]) -> by
 
 
 @given(ADDRESS, st.lists(COUNT, min_size=1, max_size=3))
-def test_i2c_read_increments_only_with_bit(start: int, counts: list[int]) -> None:
+def test_i2c_read_increments_only_with_bit_7(start: int, counts: list[int]) -> None:
     """This also applies to the next message: a read continues at the previous sub-address."""
     target = SubaddressTarget(Asking(), lambda: 0)
     counts = [count % 7 + 1 for count in counts]
@@ -135,7 +135,7 @@ def test_i2c_read_increments_only_with_bit(start: int, counts: list[int]) -> Non
 
 
 @given(ADDRESS, COUNT)
-def test_spi_read_increments_only_with_bit(start: int, count: int) -> None:
+def test_spi_read_increments_only_with_bit_6(start: int, count: int) -> None:
     target = SpiTarget(Asking(), lambda: 0)
     found = []
     for command in (READ | 0x40 | start, READ | start):
@@ -147,7 +147,7 @@ def test_spi_read_increments_only_with_bit(start: int, count: int) -> None:
 
 
 @given(ADDRESS, st.binary(min_size=1, max_size=10))
-def test_write_without_bit_stays_at_first_register(start: int, data: bytes) -> None:
+def test_write_without_increment_bit_stays_at_first_register(start: int, data: bytes) -> None:
     part = Asking()
     target = SubaddressTarget(part, lambda: 0)
     before = bytes(part.registers.mem)

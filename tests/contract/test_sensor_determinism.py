@@ -75,7 +75,7 @@ def test_same_seed_gives_same_run(name: str) -> None:
 
 
 @parts
-def test_another_seed_gives_another_part(name: str) -> None:
+def test_another_seed_gives_other_errors(name: str) -> None:
     assert SENSORS[name].ERRORS.of_quality("typical", 1) != SENSORS[name].ERRORS.of_quality("typical", 2)
     assert SENSORS[name].ERRORS.of_quality("typical", 1) == SENSORS[name].ERRORS.of_quality("typical", 1)
 

@@ -21,7 +21,7 @@ print(*sorted(loaded - sys.stdlib_module_names))
 """
 
 
-def test_importing_sensors_loads_numpy_at_most() -> None:
+def test_importing_sensors_loads_at_most_numpy() -> None:
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM],
         cwd=Path(__file__).parents[2],

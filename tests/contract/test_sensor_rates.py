@@ -19,7 +19,7 @@ channels = pytest.mark.parametrize("channel", RATED, ids=str)
 
 @channels
 @pytest.mark.parametrize("percent", [-7.5, 2.5, 10.0])
-def test_samples_come_at_parts_own_rate(channel: Channel, percent: float) -> None:
+def test_samples_come_at_rate_with_oscillator_error(channel: Channel, percent: float) -> None:
     """The thousandth sample shows that no time is rounded on the way."""
     chip = Chip(channel.part, SENSORS[channel.part].ERRORS(odr_percent=percent))
     own = replace(channel, rate_hz=channel.rate_hz * Fraction(1000 + int(10 * percent), 1000))
@@ -33,8 +33,8 @@ def test_samples_come_at_parts_own_rate(channel: Channel, percent: float) -> Non
 
 
 @channels
-def test_typical_part_beats_against_its_nominal_rate(channel: Channel) -> None:
-    """It is read at the datasheet's rate for ten seconds: sometimes a sample is missed or read twice."""
+def test_typical_sensor_rate_differs_from_nominal_rate(channel: Channel) -> None:
+    """The sensor is read at the datasheet's rate for ten seconds: sometimes a sample is missed or read twice."""
     errors = SENSORS[channel.part].ERRORS.of_quality("typical", 1)
     percent = float(vars(errors)["odr_percent"])
     chip = Chip(channel.part, errors, seed=1)

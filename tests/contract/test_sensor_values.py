@@ -65,7 +65,7 @@ def started(channel: Channel, writes: Writes | None = None) -> Chip:
 
 
 @pytest.mark.parametrize(("channel", "writes", "lsb"), SCALES)
-def test_range_and_lsb_are_datasheets(channel: Channel, writes: Writes, lsb: float) -> None:
+def test_range_and_lsb_equal_datasheet(channel: Channel, writes: Writes, lsb: float) -> None:
     chip = Chip(channel.part)
     chip.configure(writes)
 
@@ -81,7 +81,7 @@ def test_range_and_lsb_are_datasheets(channel: Channel, writes: Writes, lsb: flo
 
 @pytest.mark.parametrize(("channel", "writes", "lsb"), SCALES)
 @given(data=st.data())
-def test_value_reads_back_within_half_lsb(
+def test_value_is_read_back_within_half_lsb(
     channel: Channel, writes: Writes, lsb: float, data: st.DataObject
 ) -> None:
     chip = Chip(channel.part)
@@ -109,7 +109,7 @@ def test_value_out_of_range_saturates(channel: Channel, writes: Writes, lsb: flo
 
 
 @channels
-def test_world_change_shows_at_next_sample(channel: Channel) -> None:
+def test_world_change_is_visible_at_next_sample(channel: Channel) -> None:
     chip = Chip(channel.part)
     before, after = (constant(*channel.value(channel.zero + n * channel.scales[0][1])) for n in (10, 20))
     chip.world.signals[channel.name] = before
@@ -135,7 +135,7 @@ def test_world_change_shows_at_next_sample(channel: Channel) -> None:
 def test_samples_come_at_exact_multiples_of_period(
     channel: Channel, write: tuple[int, int], rate_hz: Fraction, data: st.DataObject
 ) -> None:
-    """A picosecond before its time a sample is not there, at its time it is; also after an hour."""
+    """A sample does not exist one picosecond before its time, but exists at its time; also after an hour."""
     chip = started(channel, (write,))
     first_ps = channel.turn_on_ps
     first_ps += -(-PS_PER_S // rate_hz) if channel.first_ps is None else channel.first_ps
@@ -149,7 +149,7 @@ def test_samples_come_at_exact_multiples_of_period(
 
 
 @rates
-def test_number_of_samples_in_ten_seconds(
+def test_ten_seconds_have_expected_number_of_samples(
     channel: Channel, write: tuple[int, int], rate_hz: Fraction
 ) -> None:
     chip = started(channel, (write,))
@@ -171,7 +171,7 @@ def test_number_of_samples_in_ten_seconds(
 
 @pytest.mark.parametrize("channel", [channel for channel in CHANNELS if channel.ready], ids=str)
 @given(data=st.data())
-def test_data_ready_clears_on_any_high_byte(channel: Channel, data: st.DataObject) -> None:
+def test_data_ready_clears_on_any_high_byte_read(channel: Channel, data: st.DataObject) -> None:
     """AN5040 4.3, AN5069 6.3; the LPS22HB has only one high byte."""
     chip = started(channel)
     axis = data.draw(st.integers(0, channel.axes - 1))
@@ -222,7 +222,7 @@ def word(channel: Channel, axis: int) -> range:
 @pytest.mark.parametrize("channel", HELD, ids=str)
 @pytest.mark.parametrize("status_looked_at", [False, True])
 @given(data=st.data())
-def test_bdu_completes_word_from_one_sample(
+def test_bdu_keeps_both_bytes_from_one_sample(
     channel: Channel, status_looked_at: bool, data: st.DataObject
 ) -> None:
     """AN5040 4.4, AN5069 6.4, LPS22HB datasheet 9.5. Afterwards the word shows the latest sample at once."""
@@ -246,8 +246,8 @@ def test_bdu_completes_word_from_one_sample(
 
 
 @pytest.mark.parametrize("channel", HELD, ids=str)
-def test_without_bdu_word_can_be_torn(channel: Channel) -> None:
-    """This is the purpose of BDU: 0x00FF and 0x0100 give 0x01FF or 0x0000."""
+def test_without_bdu_word_can_mix_two_samples(channel: Channel) -> None:
+    """BDU prevents this: without BDU, a read between 0x00FF and 0x0100 gives 0x01FF or 0x0000."""
     chip = Chip(channel.part)
     lsb = channel.scales[0][1]
     below, above = (constant(*channel.value(channel.zero + count * lsb)) for count in (0x00FF, 0x0100))

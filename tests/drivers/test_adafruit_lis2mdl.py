@@ -73,7 +73,7 @@ def test_driver_offsets_remove_hard_iron(bench: Bench) -> None:
 
 
 @pytest.mark.parametrize("name", RATES_HZ)
-def test_data_come_at_rate_that_was_set(bench: Bench, name: str) -> None:
+def test_data_come_at_rate_set_by_driver(bench: Bench, name: str) -> None:
     rate = getattr(adafruit_lis2mdl.DataRate, name)
     bench.sensor.data_rate = rate
     assert bench.sensor.data_rate == rate
@@ -85,7 +85,7 @@ def test_data_come_at_rate_that_was_set(bench: Bench, name: str) -> None:
     assert abs(count - 2 * RATES_HZ[name]) <= 2
 
 
-def test_part_that_does_not_answer_is_named(bench: Bench) -> None:
+def test_error_states_which_sensor_does_not_answer(bench: Bench) -> None:
     bench.board.i2c2.inject(I2CFault("absent", address=0x1E))
     with pytest.raises(ValueError, match="No I2C device at address: 0x1e"):
         adafruit_lis2mdl.LIS2MDL(BusioI2C(bench.board.i2c2))

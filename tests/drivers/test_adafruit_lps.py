@@ -1,4 +1,4 @@
-"""Adafruit's CircuitPython drivers of the LPS22 (lps2x) and of the LPS35HW: the LPS22HB's registers."""
+"""Adafruit's CircuitPython drivers of the LPS22 (lps2x) and of the LPS35HW, which have the LPS22HB's registers."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_temperature_equals_world(board: Board, sensor: Any, degc: float) -> Non
 
 
 @pytest.mark.parametrize("rate", RATES_HZ)
-def test_data_come_at_rate_that_was_set(board: Board, sensor: Any, rate: int) -> None:
+def test_data_come_at_rate_set_by_driver(board: Board, sensor: Any, rate: int) -> None:
     sensor.data_rate = rate
     board.run_for(SETTLED_S)
     board.world.lift(metres=100, duration_s=6)
@@ -67,7 +67,7 @@ def test_reset_ends_measuring_and_keeps_data(board: Board, sensor: Any) -> None:
     assert sensor.pressure == before
 
 
-def test_one_shot_measures_once_until_driver_sees_it(board: Board) -> None:
+def test_driver_waits_for_end_of_one_shot(board: Board) -> None:
     """LPS22HB datasheet 9.6: ONE_SHOT clears itself when the data are ready. The driver polls it."""
     sensor = adafruit_lps35hw.LPS35HW(BusioI2C(board.i2c2))
     sensor.data_rate = adafruit_lps35hw.DataRate.ONE_SHOT
@@ -90,7 +90,7 @@ def test_steady_pressure_passes_low_pass_filter(board: Board, enabled: bool) -> 
     assert sensor.pressure == pytest.approx(987.654, abs=HPA)
 
 
-def test_driver_of_another_part_is_refused(board: Board) -> None:
+def test_driver_for_another_sensor_refuses_lps22hb(board: Board) -> None:
     """The LPS25HB's WHO_AM_I is 0xBD, the LPS22HB's 0xB1 (LPS22HB datasheet 9.3)."""
     with pytest.raises(RuntimeError, match="Failed to find LPS2X! Found chip ID 0xb1"):
         adafruit_lps2x.LPS25(BusioI2C(board.i2c2))

@@ -83,7 +83,7 @@ def test_acceleration_equals_world(bench: Bench, name: str, attitude: Vector) ->
 
 @pytest.mark.parametrize(("name", "full_scale_g"), [("RANGE_2G", 2), ("RANGE_4G", 4), ("RANGE_8G", 8)])
 def test_acceleration_saturates_at_full_scale(bench: Bench, name: str, full_scale_g: float) -> None:
-    """At 1 g with a shake of 15 g, read at its peak, the 16 bits saturate."""
+    """A shake of 15 g is added to 1 g. A read at the peak of the shake gives saturated 16 bits."""
     bench.sensor.accelerometer_data_rate = adafruit_lsm6ds.Rate.RATE_416_HZ
     bench.sensor.accelerometer_range = getattr(adafruit_lsm6ds.AccelRange, name)
     start_s = bench.board.now_s
@@ -96,7 +96,7 @@ def test_acceleration_saturates_at_full_scale(bench: Bench, name: str, full_scal
 @pytest.mark.parametrize("axis", ["roll", "pitch", "yaw"])
 @pytest.mark.parametrize("name", GYRO_MDPS)
 def test_angular_rate_equals_world(bench: Bench, name: str, axis: str) -> None:
-    """The board turns at 100 deg/s about each axis in turn; the sign must be right, too."""
+    """The board turns at 100 deg/s about each axis in turn; the sign must be correct, too."""
     bench.sensor.gyro_range = getattr(adafruit_lsm6ds.GyroRange, name)
     for to_deg in (-300, 0):
         bench.board.world.sweep(axis, to_deg=to_deg, duration_s=3)
@@ -108,7 +108,7 @@ def test_angular_rate_equals_world(bench: Bench, name: str, axis: str) -> None:
 
 
 @pytest.mark.parametrize("name", RATES_HZ)
-def test_data_come_at_rate_that_was_set(bench: Bench, name: str) -> None:
+def test_data_come_at_rate_set_by_driver(bench: Bench, name: str) -> None:
     """Nominal rates of the LSM6DSL datasheet, T46 and T50; both sensors have the same rate."""
     bench.sensor.accelerometer_data_rate = getattr(adafruit_lsm6ds.Rate, name)
     bench.sensor.gyro_data_rate = getattr(adafruit_lsm6ds.Rate, name)
@@ -125,7 +125,7 @@ def test_temperature_equals_world(bench: Bench, degc: float) -> None:
     assert bench.sensor.temperature == pytest.approx(degc, abs=1 / 256)  # T4: 256 LSB/degC
 
 
-def test_shut_down_part_keeps_last_data(bench: Bench) -> None:
+def test_sensor_keeps_latest_data_after_shutdown(bench: Bench) -> None:
     """AN5040 3.1."""
     bench.board.run_for(SETTLED_S)
     before = bench.acceleration_g()
@@ -138,7 +138,7 @@ def test_shut_down_part_keeps_last_data(bench: Bench) -> None:
     assert within(bench.acceleration_g(), acceleration_g(bench.board), 0.122e-3)
 
 
-def test_settings_read_back_until_reset(bench: Bench) -> None:
+def test_settings_can_be_read_until_reset(bench: Bench) -> None:
     sensor = bench.sensor
     sensor.gyro_data_rate = adafruit_lsm6ds.Rate.RATE_208_HZ
     sensor.high_pass_filter = adafruit_lsm6ds.AccelHPF.HPF_DIV9
@@ -151,7 +151,7 @@ def test_settings_read_back_until_reset(bench: Bench) -> None:
     assert sensor.high_pass_filter == adafruit_lsm6ds.AccelHPF.SLOPE
 
 
-def test_missing_part_is_reported_by_driver(bench: Bench) -> None:
+def test_missing_sensor_is_reported_by_driver(bench: Bench) -> None:
     """SA0 is high on this board: the sensor has 0x6B, and the driver's default 0x6A has no device."""
     i2c = BusioI2C(bench.board.i2c2)
     with pytest.raises(ValueError, match="No I2C device at address: 0x6a"):

@@ -58,7 +58,7 @@ def fail(board: Board, kind: FaultKind) -> None:
 # -- busio ----------------------------------------------------------------------------------------------
 
 
-def test_busio_needs_its_lock(board: Board) -> None:
+def test_busio_transfer_requires_lock(board: Board) -> None:
     i2c = BusioI2C(board.i2c2)
     transfers: list[Callable[[], object]] = [
         i2c.scan,
@@ -81,7 +81,7 @@ def test_busio_scans_and_closes(board: Board) -> None:
         assert i2c.scan() == SENSORS
 
 
-def test_busio_slices_written_and_filled_buffers(busio: BusioI2C) -> None:
+def test_busio_start_and_end_limit_buffers(busio: BusioI2C) -> None:
     source, target = bytearray(b"??\x0f?"), bytearray(b"----")
     busio.writeto_then_readfrom(0x6B, source, target, out_start=2, out_end=3, in_start=1, in_end=2)
     assert target == b"-\x6a--"
@@ -90,7 +90,7 @@ def test_busio_slices_written_and_filled_buffers(busio: BusioI2C) -> None:
     assert target == b"-\x6a-\x6a"
 
 
-def test_busio_fills_any_buffer(busio: BusioI2C) -> None:
+def test_busio_reads_into_any_buffer_type(busio: BusioI2C) -> None:
     """CTRL3_C resets to 0x04, CTRL4_C to 0 (LSM6DSL datasheet T19)."""
     words = array("H", [0xFFFF, 0xFFFF])
     busio.writeto_then_readfrom(0x6B, b"\x12", words, in_end=1)
@@ -100,7 +100,7 @@ def test_busio_fills_any_buffer(busio: BusioI2C) -> None:
 # -- machine --------------------------------------------------------------------------------------------
 
 
-def test_machine_reads_and_writes_memory_and_bytes(board: Board) -> None:
+def test_machine_transfers_memory_and_plain_bytes(board: Board) -> None:
     i2c = MachineI2C(board.i2c2)
     assert i2c.scan() == SENSORS
     assert i2c.readfrom_mem(0x6B, 0x0F, 1) == b"\x6a"
@@ -126,7 +126,7 @@ def test_machine_sends_wide_memory_addresses_high_byte_first(board: Board) -> No
 # -- smbus ----------------------------------------------------------------------------------------------
 
 
-def test_smbus_bytes_words_and_blocks(board: Board) -> None:
+def test_smbus_transfers_bytes_words_and_blocks(board: Board) -> None:
     with SMBus(board.i2c2) as bus:
         bus.write_quick(0x6B)
         assert bus.read_byte_data(0x6B, 0x0F) == 0x6A
@@ -140,7 +140,7 @@ def test_smbus_bytes_words_and_blocks(board: Board) -> None:
         assert bus.read_i2c_block_data(0x6B, 0x00, 32)[0x0F] == 0x6A
 
 
-def test_smbus_blocks_end_at_32_bytes(board: Board) -> None:
+def test_smbus_block_over_32_bytes_is_refused(board: Board) -> None:
     bus = SMBus(board.i2c2)
     with pytest.raises(ValueError, match="over 32 bytes"):
         bus.read_i2c_block_data(0x6B, 0x00, 33)
@@ -188,7 +188,7 @@ FAULTS: list[tuple[FaultKind, int, int]] = [
 
 
 @pytest.mark.parametrize(("kind", "number", "on_linux"), FAULTS)
-def test_failed_transfer_is_os_error(board: Board, kind: FaultKind, number: int, on_linux: int) -> None:
+def test_failed_transfer_raises_os_error(board: Board, kind: FaultKind, number: int, on_linux: int) -> None:
     fail(board, kind)
     busio, machine, bus = BusioI2C(board.i2c2), MachineI2C(board.i2c2), SMBus(board.i2c2)
     busio.try_lock()
@@ -225,14 +225,16 @@ def test_scan_omits_absent_devices_and_reports_stuck_bus(board: Board, busio: Bu
     ("kind", "status", "error"),
     [("absent", 2, I2CNackError), ("stuck", 3, I2CStuckError), ("bus_error", 4, I2CBusError)],
 )
-def test_sensirion_failure_is_status(board: Board, kind: FaultKind, status: int, error: type) -> None:
+def test_sensirion_failure_returns_status_code(
+    board: Board, kind: FaultKind, status: int, error: type
+) -> None:
     """The codes of I2cTransceiverV1 in sensirion-i2c-driver 1.0."""
     fail(board, kind)
     answer = SensirionI2C(board.i2c2, board.run_for).transceive(0x6B, WHO_AM_I, 1, 0.0, 0.0)
     assert (answer[0], type(answer[1]), answer[2]) == (status, error, b"")
 
 
-def test_sensirions_phases_are_each_optional_and_wait_between(board: Board) -> None:
+def test_sensirion_phases_are_optional_with_delay_between(board: Board) -> None:
     transceiver = SensirionI2C(board.i2c2, board.run_for)
     assert transceiver.channel_count is None
     assert transceiver.transceive(0x6B, WHO_AM_I, None, 0.5, 0.0) == (0, None, b"")
@@ -245,7 +247,7 @@ def test_sensirions_phases_are_each_optional_and_wait_between(board: Board) -> N
 
 
 @given(st.binary(min_size=1, max_size=6), st.integers(0x73, 0x78))
-def test_every_adapter_gives_bytes_of_bus(data: bytes, register: int) -> None:
+def test_every_adapter_reads_same_bytes_as_bus(data: bytes, register: int) -> None:
     """User offsets and reserved addresses: the sensor determines the stored bits, and all adapters show the same bytes."""
     board = Board(ideal=True)
     busio, machine, bus = BusioI2C(board.i2c2), MachineI2C(board.i2c2), SMBus(board.i2c2)

@@ -37,7 +37,7 @@ def test_field_equals_world(board: Board, rate: str, attitude: Vector) -> None:
     assert (sensor.data_rate, sensor.low_pass_filter_mode) == (rate, "LPF_ENABLED")
 
 
-def test_one_shot_measures_once_and_shows_power_down(board: Board) -> None:
+def test_one_shot_measures_once_then_reports_power_down(board: Board) -> None:
     """AN5069 3.3: after the measurement MD reads 11, idle, a code for which the driver has no name."""
     sensor = lis2mdl.LIS2MDL(MachineI2C(board.i2c2))
     sensor.operation_mode = lis2mdl.POWER_DOWN
@@ -60,7 +60,7 @@ def test_reset_waits_10_ms_and_enters_idle(board: Board) -> None:
     assert sensor.low_power_mode == "LP_DISABLED"
 
 
-def test_absent_part_is_os_error(board: Board) -> None:
+def test_absent_sensor_raises_os_error(board: Board) -> None:
     with pytest.raises(OSError, match="0x1C") as refused:
         lis2mdl.LIS2MDL(MachineI2C(board.i2c2), 0x1C)
     assert isinstance(refused.value.__cause__, I2CNackError)

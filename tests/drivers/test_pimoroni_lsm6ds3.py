@@ -51,7 +51,7 @@ def test_angular_rate_equals_world(mode: str, axis: str) -> None:
     assert within(rate, rate_dps(board), DPS_PER_LSB)
 
 
-def test_combined_messages_of_smbus2_itself() -> None:
+def test_combined_messages_of_smbus2_are_accepted() -> None:
     smbus2 = pytest.importorskip("smbus2", reason="needs fcntl (POSIX)")
     bus = SMBus(settled().i2c2)
     read = smbus2.i2c_msg.read(0x6B, 1)

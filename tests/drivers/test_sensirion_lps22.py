@@ -88,6 +88,6 @@ def test_reset_ends_continuous_measurement(board: Board) -> None:
     assert sensor.get_ctrl_reg2().IF_ADD_INC == 1
 
 
-def test_absent_part_is_driver_error(board: Board) -> None:
+def test_absent_sensor_raises_driver_error(board: Board) -> None:
     with pytest.raises(sensirion_i2c_driver.errors.I2cNackError):
         driver(board, address=0x5C).whoami()

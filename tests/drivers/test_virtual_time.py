@@ -27,7 +27,7 @@ def driver(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     return made
 
 
-def test_sleeping_lets_virtual_time_pass_under_every_name(driver: ModuleType) -> None:
+def test_sleep_under_every_name_advances_virtual_time(driver: ModuleType) -> None:
     board = Board()
     with virtual_time(board, driver):
         driver.time.sleep(3600)
@@ -68,7 +68,7 @@ def test_real_time_returns_after_error(driver: ModuleType) -> None:
         assert (driver.time, driver.pause, driver.now) == (time, time.sleep, time.monotonic)
 
 
-def test_only_named_modules_and_their_submodules_are_changed(
+def test_only_given_modules_and_submodules_are_changed(
     driver: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     inner = module("some_driver.bus", "from time import sleep")

@@ -96,7 +96,7 @@ def test_too_many_files_are_refused_before_parsing(tmp_path: Path) -> None:
     assert reason(file) == "must have at most 10 files"
 
 
-def test_zip_bomb_is_refused_by_ratio_and_size(tmp_path: Path) -> None:
+def test_zip_bomb_is_refused_for_ratio_and_size(tmp_path: Path) -> None:
     file = archive(tmp_path / "a.zip", bomb=bytes(64 << 20))
 
     assert "at most 200 times its size" in reason(file, Bounds(entries=10, bytes=1 << 30))

@@ -69,7 +69,7 @@ def test_same_source_gives_same_program(builder: Builder) -> None:
     assert b"/build" in program
 
 
-def test_own_files_and_headers_belong_to_program(builder: Builder) -> None:
+def test_submitted_files_and_headers_are_built_together(builder: Builder) -> None:
     files = {"main.c": b'#include "one.h"\nint main(void) { return one(); }\n', "one.h": b"int one(void);\n"}
     built = builder.build(
         SubmittedSource({**files, "one.c": b'#include "one.h"\nint one(void) { return 1; }\n'})
@@ -85,7 +85,7 @@ def said_of(builder: Builder, files: dict[str, bytes]) -> str:
     return refused.value.log
 
 
-def test_warnings_are_kept(builder: Builder) -> None:
+def test_compiler_warnings_are_in_build_log(builder: Builder) -> None:
     built = builder.build(SubmittedSource({"main.c": b"int main(void) { int unused; return 0; }\n"}))
 
     assert built.firmware.data
@@ -111,7 +111,7 @@ def test_compiler_error_shows_line_and_column(builder: Builder) -> None:
     assert lines[number + 2].index("^") == lines[number + 1].index("pich")
 
 
-def test_quoted_source_is_not_taken_for_error(builder: Builder) -> None:
+def test_quoted_source_line_is_not_reported_as_error(builder: Builder) -> None:
     source = b"int f(void) { int a; return 1; } // error: none\nint main(void) { return x; }\n"
     with pytest.raises(CompileError) as refused:
         builder.build(SubmittedSource({"main.c": source}))
@@ -201,7 +201,7 @@ def test_sandbox_has_no_files_of_this_machine(source: bytes, sandboxed: Builder)
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root can be somebody else")
-def test_root_compiles_without_privileges_outside_sandbox(builder: Builder, tmp_path: Path) -> None:
+def test_without_sandbox_root_compiles_without_privileges(builder: Builder, tmp_path: Path) -> None:
     secret = tmp_path / "rubric.toml"
     secret.write_text("the answer is 42")
     secret.chmod(0o600)
@@ -224,7 +224,7 @@ def test_built_programs_are_cached_by_content(tmp_path: Path, monkeypatch: pytes
             second.build(SubmittedSource(good))
 
 
-def test_bus_selects_build(builder: Builder) -> None:
+def test_bus_determines_built_program(builder: Builder) -> None:
     if builder.sandbox:
         pytest.skip("the same with a sandbox")
     source = SubmittedSource({"main.c": TEMPLATE})
@@ -239,7 +239,7 @@ def test_bus_selects_build(builder: Builder) -> None:
         ("darwin", ["gcc-arm-embedded", "xcode-select"]),
     ],
 )
-def test_missing_tools_error_names_what_to_install(
+def test_missing_tools_error_states_what_to_install(
     monkeypatch: pytest.MonkeyPatch, system: str, packages: list[str], words: Words
 ) -> None:
     monkeypatch.setenv("PATH", "/nowhere")

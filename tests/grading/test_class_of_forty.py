@@ -17,7 +17,9 @@ __all__ = ["no_machine"]
 
 @needs_compiler
 @needs_sandbox
-def test_hostile_submissions_cost_only_themselves(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_hostile_submissions_affect_only_their_own_results(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     (tmp_path / "little.toml").write_text(RUBRIC, encoding="utf-8")
     class_of_forty.write_hostile(tmp_path / "submissions")
     before = set(tmp_path.iterdir())

@@ -37,7 +37,7 @@ def digest(**files: bytes) -> str:
         SOURCE.replace(b" - ", b"-"),
     ],
 )
-def test_comments_and_layout_do_not_count(same: bytes) -> None:
+def test_comments_and_layout_do_not_change_digest(same: bytes) -> None:
     assert digest(main=same) == digest(main=SOURCE) == digest(other=same, empty=b"// nothing\n")
 
 
@@ -51,15 +51,15 @@ def test_comments_and_layout_do_not_count(same: bytes) -> None:
         SOURCE + b"int x;",
     ],
 )
-def test_every_other_difference_counts(other: bytes) -> None:
+def test_every_other_difference_changes_digest(other: bytes) -> None:
     assert digest(main=other) != digest(main=SOURCE)
 
 
-def test_order_and_names_of_files_do_not_count() -> None:
+def test_file_order_and_names_do_not_change_digest() -> None:
     assert digest(main=b"int a;", b=b"int b;") == digest(main=b"int b;", x=b"int a;")
 
 
-def test_programs_are_compared_as_they_are_loaded(tmp_path: Path) -> None:
+def test_programs_are_compared_by_loaded_contents(tmp_path: Path) -> None:
     elf = arm.prebuilt("template").read_bytes()
     changed = elf.replace(b"main.c", b"MAIN.c")  # in the debug information alone
     assert changed != elf
@@ -87,7 +87,7 @@ def copies(*submissions: tuple[str, str, str]) -> list[Graded]:
     )
 
 
-def test_each_copy_names_others() -> None:
+def test_each_copy_lists_other_copies() -> None:
     found = copies(("ada", "s", "p"), ("bob", "s", "p"), ("eve", "", "p"), ("moe", "", ""), ("zoe", "", ""))
 
     assert [(one.same_source, one.same_program) for one in found] == [
@@ -99,7 +99,7 @@ def test_each_copy_names_others() -> None:
     ]
 
 
-def test_team_is_not_copy() -> None:
+def test_members_of_team_are_not_copies() -> None:
     found = with_copies(("together", graded(name, source_digest="s")) for name in ("ada", "bob"))
 
     assert [one.copies for one in found] == ["", ""]
@@ -114,7 +114,7 @@ def test_class_page_lists_only_copies() -> None:
     assert "same source as bob" in page.text
 
 
-def test_command_names_copies_and_shipped_programs(no_machine: None, tmp_path: Path) -> None:
+def test_command_lists_copies_and_shipped_programs(no_machine: None, tmp_path: Path) -> None:
     where = tmp_path / "class"
     texts = {"ada": SOURCE, "bob": SOURCE + b"// mine\n", "eve": b"int main(void) { return 7; }\n"}
     texts["moe"] = (arm.sources() / "template" / "main.c").read_bytes() + b"\n/* all my own work */\n"

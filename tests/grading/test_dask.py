@@ -34,7 +34,7 @@ STUDENTS = [f"student-{number}" for number in range(6)]
 
 
 def judge_and_record(task: Task, told: Path, victim: int) -> str:
-    """Judge a task and record it. The first process of the victim waits for its end."""
+    """Judge a task and record it. The first process with the victim's task waits until it is killed."""
     if task.seed == victim and not (told / "victim").exists():
         (told / "half").write_text(str(os.getpid()))
         (told / "half").rename(told / "victim")
@@ -68,7 +68,7 @@ def kill_victim(told: Path, killed: list[int]) -> None:
     os.kill(killed[0], signal.SIGKILL)
 
 
-def test_killed_worker_loses_and_repeats_nothing(tmp_path: Path) -> None:
+def test_killed_worker_loses_no_results_and_repeats_none(tmp_path: Path) -> None:
     from tests.campaigns.dask_cluster import cluster
 
     (tmp_path / "little.toml").write_text(RUBRIC, encoding="utf-8")

@@ -121,7 +121,7 @@ def table(out: Path) -> dict[str, dict[str, str]]:
         return {row["id"]: row for row in csv.DictReader(file)}
 
 
-def test_bad_submission_costs_only_itself(
+def test_bad_submission_affects_only_its_own_result(
     submissions: Path,
     rubric: Path,
     tmp_path: Path,
@@ -163,7 +163,7 @@ def test_progress_of_class_is_logged(
     monkeypatch: pytest.MonkeyPatch,
     words: Words,
 ) -> None:
-    """The log has tenths of the class. They come ten seconds apart; some are missing, and one comes after two minutes."""
+    """Lines come for each tenth of the class, at least ten seconds apart, and after two minutes without a line."""
     folder = tmp_path / "submissions"
     folder.mkdir()
     for number in range(20):
@@ -183,7 +183,7 @@ def test_progress_of_class_is_logged(
     words("grade", said)
 
 
-def test_second_run_uses_kept_verdicts_with_new_hints(
+def test_second_run_uses_stored_verdicts_with_new_hints(
     submissions: Path, rubric: Path, out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     grade(submissions, "--rubric", rubric, "--out", out)
@@ -213,7 +213,7 @@ def test_second_run_uses_kept_verdicts_with_new_hints(
     assert grade(submissions, "--rubric", rubric, "--out", out) == 4  # it would have to be judged anew
 
 
-def test_roster_orders_and_lists_missing_students(
+def test_roster_determines_order_and_missing_students(
     submissions: Path, rubric: Path, out: Path, tmp_path: Path
 ) -> None:
     roster = tmp_path / "roster.csv"
@@ -295,7 +295,9 @@ def seed_of(rubric: Path, student: str, program: str, salt: bytes = SALT) -> int
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL")
-def test_killed_worker_costs_one_grade_without_zero(submissions: Path, rubric: Path, tmp_path: Path) -> None:
+def test_killed_worker_leaves_one_submission_unjudged(
+    submissions: Path, rubric: Path, tmp_path: Path
+) -> None:
     found = find_submissions(submissions, None, tmp_path / "s")
     with Killed(2) as workers:
         workers.victim = seed_of(rubric, "bob", "template")  # type: ignore[attr-defined]
@@ -323,7 +325,7 @@ def test_interrupted_grading_resumes(submissions: Path, rubric: Path, tmp_path: 
     assert len([one for one in results if one.status == "judged"]) == 2
 
 
-def test_damaged_kept_verdict_is_judged_again(
+def test_submission_with_damaged_stored_verdict_is_judged_again(
     submissions: Path, rubric: Path, out: Path, tmp_path: Path
 ) -> None:
     grade(submissions, "--rubric", rubric, "--out", out)
@@ -386,7 +388,7 @@ def test_source_is_built_and_warnings_are_reported(rubric: Path, tmp_path: Path)
 @needs_compiler
 @needs_sandbox
 @pytest.mark.parametrize("option", [(), ("--build-without-sandbox",)])
-def test_source_reads_machine_files_only_if_trusted(
+def test_source_reads_machine_files_only_without_sandbox(
     option: tuple[str, ...], rubric: Path, tmp_path: Path
 ) -> None:
     folder = tmp_path / "submissions"
@@ -400,7 +402,7 @@ def test_source_reads_machine_files_only_if_trusted(
     assert ("No such file" in eve["reason"]) is (not option)
 
 
-def test_missing_compiler_costs_only_submissions_that_are_source(
+def test_missing_compiler_affects_only_source_submissions(
     submissions: Path,
     rubric: Path,
     tmp_path: Path,

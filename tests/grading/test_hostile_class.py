@@ -77,7 +77,7 @@ def test_non_utf8_name_gets_escaped_id(submissions: Path, rubric: Path, out: Pat
     assert "jos\\udce9" in (table(out) if not option else (out / "kept" / "who-is-who.csv").read_text())
 
 
-def test_damaged_classes_are_graded_to_end(tmp_path: Path) -> None:
+def test_damaged_classes_are_graded_completely(tmp_path: Path) -> None:
     """A part of the campaign ``python -m tests.campaigns.attacks``."""
     from random import Random
 
@@ -86,7 +86,7 @@ def test_damaged_classes_are_graded_to_end(tmp_path: Path) -> None:
     assert sum(1 for _ in classes.tables(300, Random(1), tmp_path)) == 300
 
 
-def test_table_of_pseudonyms_holds_no_formula(
+def test_table_of_pseudonyms_contains_no_formula(
     submissions: Path, rubric: Path, out: Path, tmp_path: Path
 ) -> None:
     formulas = ['=HYPERLINK("http://x","y")', "+cmd|' /C calc'!A0", "@SUM(1)", "-1+1", "\uff1d1+1"]
@@ -126,7 +126,7 @@ FAULTS = {
 @posix
 @needs_compiler
 @pytest.mark.parametrize("fault", FAULTS)
-def test_machine_fault_is_not_judged_or_kept(
+def test_machine_fault_is_neither_judged_nor_stored(
     fault: str, submissions: Path, rubric: Path, out: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (submissions / "bob.c").write_bytes(SOURCE)
@@ -160,7 +160,7 @@ def test_full_disk_while_unpacking_is_not_judged(
     assert status(out)["bob"] == "judged"
 
 
-def test_unexpected_error_costs_only_its_submission(
+def test_unexpected_error_affects_only_one_submission(
     submissions: Path, rubric: Path, out: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (submissions / "bob.elf").write_bytes(b"x")
@@ -234,7 +234,7 @@ def test_killed_compiler_is_not_compile_error(
 @pytest.mark.usefixtures("fresh_toolchain")
 @posix
 @needs_compiler
-def test_compiler_that_fails_once_is_asked_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_compiler_that_fails_once_is_run_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with tempfile.TemporaryDirectory() as folder:
         shim(
             Path(folder),
@@ -249,9 +249,7 @@ def test_compiler_that_fails_once_is_asked_again(tmp_path: Path, monkeypatch: py
 @pytest.mark.usefixtures("fresh_toolchain")
 @posix
 @needs_compiler
-def test_machine_that_compiles_nothing_more_is_at_fault(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_compiler_that_fails_always_is_machine_fault(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with tempfile.TemporaryDirectory() as folder:
         shim(
             Path(folder),
@@ -310,7 +308,7 @@ def test_gradescope_gives_no_result_when_machine_fails(
 @needs_compiler
 @needs_sandbox
 @pytest.mark.parametrize("kind", ["script", "link", "toolchain"])
-def test_compiler_in_home_folder_does_not_expose_it(
+def test_home_folder_of_compiler_is_not_exposed(
     kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     real = Path(shutil.which("arm-none-eabi-gcc") or "")
@@ -356,8 +354,8 @@ DRAWN = (
 
 @posix
 @needs_compiler
-def test_recorded_text_earns_nothing_in_another_run(tmp_path: Path) -> None:
-    """The student prints the numbers of an earlier report, which are right for that seed but wrong for the graded one."""
+def test_recorded_text_gets_no_points_in_another_run(tmp_path: Path) -> None:
+    """The student prints the numbers of an earlier report, which are correct for that seed but wrong for the graded one."""
     rubric = tmp_path / "drawn.toml"
     rubric.write_text(DRAWN, encoding="utf-8")
     folder = tmp_path / "submissions"
@@ -389,7 +387,7 @@ def test_recorded_text_earns_nothing_in_another_run(tmp_path: Path) -> None:
 
 
 @posix
-def test_salt_is_made_once_for_owner_alone(submissions: Path, rubric: Path, tmp_path: Path) -> None:
+def test_salt_file_is_created_once_for_owner_only(submissions: Path, rubric: Path, tmp_path: Path) -> None:
     salt = tmp_path / "secret" / "salt.key"
     seeds = []
     for run in ("one", "two"):

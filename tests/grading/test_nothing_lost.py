@@ -243,7 +243,7 @@ def assert_reports_agree(whole: GradedClass, out: Path) -> None:
     assert json.loads((out / "grade.json").read_bytes())["handed_in"] == whole.handed_in
 
 
-def test_missing_folder_of_download_is_named(no_machine: None, tmp_path: Path, words: Words) -> None:
+def test_missing_folder_of_download_is_reported(no_machine: None, tmp_path: Path, words: Words) -> None:
     pytest.importorskip("yaml")
     students = [Handed(number, "A", "B", {"main.c": GOOD}) for number in ("1", "2")]
     where = LAYOUTS["gradescope"](tmp_path / "class", students)

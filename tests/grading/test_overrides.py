@@ -109,7 +109,7 @@ def test_override_of_hidden_check_is_not_shown(where: Path) -> None:
         ("ada,total,1,\nADA,total,2,", "twice"),
     ],
 )
-def test_override_that_would_be_lost_is_refused(
+def test_invalid_override_is_refused_with_reason(
     where: Path, line: str, place: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert grade(where, "--overrides", overrides(where, line)) == 2
@@ -186,7 +186,7 @@ def test_canvas_marks_determine_late_submissions(where: Path) -> None:
     assert {name: row["late_by"] for name, row in rows(where).items()} == {"1": "", "2": "late"}
 
 
-def test_archive_of_class_keeps_files_times(where: Path) -> None:
+def test_archive_of_class_keeps_times_of_files(where: Path) -> None:
     import zipfile
 
     write_zips(where.parent / "zips", [Handed("ada", "", "", {"main.c": GOOD})])

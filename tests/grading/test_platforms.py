@@ -41,7 +41,7 @@ def source(one: Submission, where: Path) -> dict[str, bytes]:
 
 @pytest.mark.parametrize("with_roster", [False, True])
 @pytest.mark.parametrize("layout", LAYOUTS.values(), ids=LAYOUTS)
-def test_layout_gives_one_submission_student(
+def test_layout_gives_one_submission_per_student(
     layout: Callable[[Path, list[Handed]], Path], with_roster: bool, tmp_path: Path
 ) -> None:
     where = layout(tmp_path / "class", [ADA, BOB])
@@ -71,7 +71,7 @@ def test_blackboard_text_resolves_login_with_underscores(tmp_path: Path) -> None
     assert (one.student.name, source(one, tmp_path)) == ("Ada L", {"main.c": b"1"})
 
 
-def test_blackboard_judges_last_attempt_with_note(tmp_path: Path) -> None:
+def test_latest_blackboard_attempt_is_judged_with_note(tmp_path: Path) -> None:
     names = [f"Lab_ada_attempt_2026-11-{day}-10-11-12_main.c" for day in (20, 21)]
     where = tree(tmp_path / "class", **{names[1]: b"new", names[0]: b"old"})
     one = found(where)["ada"]
@@ -99,7 +99,7 @@ def test_name_with_two_attempts_is_rejected(tmp_path: Path, stolen: str) -> None
         all_found[stolen.rpartition(".")[0]].content(tmp_path)
 
 
-def test_text_of_blackboard_names_no_other_student(tmp_path: Path) -> None:
+def test_blackboard_text_cannot_name_another_student(tmp_path: Path) -> None:
     files = {"Lab_eve_attempt_2026-11-20-10-11-12.txt": b"Name: Ada (ada)\n"}
     files |= {
         "Lab_eve_attempt_2026-11-20-10-11-12_main.c": b"1",
@@ -150,7 +150,7 @@ def test_ilias_late_marks_are_removed_from_names(tmp_path: Path) -> None:
     assert source(found(where)["8"], tmp_path) == {"main.c": b"1", "motion.c": b"2", "motion.h": b"3"}
 
 
-def test_ilias_folders_of_teams_hold_their_members(tmp_path: Path) -> None:
+def test_ilias_folders_of_teams_contain_their_members(tmp_path: Path) -> None:
     all_found = found(write_ilias_teams(tmp_path / "class", [ADA, BOB]))
 
     assert set(all_found) == {"1815", "1816"}
@@ -172,7 +172,7 @@ def test_files_similar_to_canvas_keep_their_names(tmp_path: Path) -> None:
     }
 
 
-def test_moodles_typed_text_belongs_to_files(tmp_path: Path) -> None:
+def test_moodle_online_text_belongs_to_submission_with_files(tmp_path: Path) -> None:
     head = "Ada Lovelace_1815_assignsubmission"
     where = tree(
         tmp_path / "class", **{f"{head}_file_/main.c": b"1", f"{head}_onlinetext_/onlinetext.html": b"2"}
@@ -190,7 +190,7 @@ def test_gradescope_team_shares_one_board(tmp_path: Path) -> None:
     assert all_found["1815"].board == all_found["1816"].board == "1815"
 
 
-def test_missing_gradescope_folder_is_named(tmp_path: Path, words: Words) -> None:
+def test_missing_gradescope_folder_is_reported(tmp_path: Path, words: Words) -> None:
     pytest.importorskip("yaml")
     where = write_gradescope(tmp_path / "class", [ADA, BOB])
     (where / "submission_1816" / "lab.c").unlink()

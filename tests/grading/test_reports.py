@@ -228,7 +228,7 @@ def test_semicolon_spreadsheet_cells_are_not_formulas(name: str) -> None:
 @pytest.mark.parametrize(
     "student", ["../../x", "a/b", "CON", "nul.txt", "a\nb", "", ".", "x" * 500, "Ada", "ada", "\udcff"]
 )
-def test_file_name_is_one_on_every_system(student: str) -> None:
+def test_report_name_is_valid_on_every_system(student: str) -> None:
     assert re.fullmatch(r"[A-Za-z0-9_-]{1,80}", report_name(student))
     assert report_name(student).lower() not in ("con", "nul", "aux", "prn")
 
@@ -389,7 +389,7 @@ numbers = st.floats(allow_nan=False, allow_infinity=False)
     st.lists(st.tuples(st.floats(0, 1e6), st.none() | numbers, st.floats(-1e6, 1e6)), max_size=30),
     st.sampled_from(["deg", "m"]),
 )
-def test_every_print_has_its_mark_in_picture(
+def test_every_printed_value_has_mark_in_picture(
     points: list[tuple[float, float | None, float]], unit: str
 ) -> None:
     t_s, printed, truth = ([one[n] for one in points] for n in range(3))
@@ -405,7 +405,7 @@ def test_every_print_has_its_mark_in_picture(
     assert "inf" not in drawn
 
 
-def test_direction_through_north_is_drawn_with_gap() -> None:
+def test_wrap_of_yaw_is_drawn_with_gap() -> None:
     yaw = Series(
         name="Yaw", unit="deg", t_s=(1, 2, 3, 4), printed=(170, 179, -179, -170), truth=(170, 179, -179, -170)
     )
@@ -420,7 +420,7 @@ def test_distribution_counts_every_student(values: list[float], most: float) -> 
     assert sum(map(int, re.findall(r"<title>(\d+) with", drawn))) == len(values)
 
 
-def test_histogram_separates_full_points() -> None:
+def test_histogram_shows_full_points_separately() -> None:
     drawn = histogram([19.5, 20.0, 19.0, 0.5], 20.0)
 
     found = re.findall(r"<title>(.*?)</title>", drawn)
@@ -471,7 +471,7 @@ def assert_is_gradescopes(results: dict[str, Any]) -> None:
     assert json.loads(json.dumps(results)) == results
 
 
-def test_gradescope_gets_its_documented_fields() -> None:
+def test_gradescope_results_have_documented_fields() -> None:
     found = verdict(
         check("1.a", points=2, outcome="passed"),
         check("1.b", visibility="after_due_date", expected="secret", detail="actual"),
@@ -490,7 +490,7 @@ def test_gradescope_gets_its_documented_fields() -> None:
     "late", [{}, {"late": True, "late_by_s": 90_000, "late_penalty": 0.5}], ids=["", "late"]
 )
 @pytest.mark.parametrize("visibility", ["never", "after_due_date"])
-def test_gradescope_shows_nothing_of_hidden_check(visibility: str, late: dict[str, Any]) -> None:
+def test_gradescope_does_not_show_hidden_check(visibility: str, late: dict[str, Any]) -> None:
     """A hidden check changes only the test that Gradescope hides, and not the student's page.
 
     A late penalty needs the total score of all checks, which Gradescope hides as a separate test.
@@ -530,7 +530,7 @@ def test_gradescope_gets_no_results_without_grade(status: str) -> None:
         gradescope_results(graded(status=status, reason="the worker died"))
 
 
-def test_replay_command_is_shown_with_rubric() -> None:
+def test_replay_command_needs_seed_and_known_rubric() -> None:
     known = {"rubric": "lab3", "rubric_digest": load_rubric("lab3").digest, "seed": 7}
     found = verdict(check("1.a")).model_copy(update=known)
     command = "fcu check 'my lab.elf' --rubric lab3 --seed 7 --save motions"
@@ -543,7 +543,7 @@ def test_replay_command_is_shown_with_rubric() -> None:
         assert "fcu check" not in student_page(graded(verdict=other), "LAB3")
 
 
-def test_failed_check_quotes_wrong_line() -> None:
+def test_failed_check_shows_wrong_line() -> None:
     found = verdict(check("1.a", printed='"Pitch: 5" at 3 s'))
 
     assert "such as" in Page(student_page(graded(verdict=found), "LAB3")).text

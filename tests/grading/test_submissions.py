@@ -60,7 +60,7 @@ def refusal(where: Path, take: str | None = None) -> RejectedError:
 # -- what ---------------------------------------------------------------------------------------------------
 
 
-def test_source_is_main_and_neighbouring_files(tmp_path: Path) -> None:
+def test_submitted_source_is_main_and_neighbouring_files(tmp_path: Path) -> None:
     where = tree(
         tmp_path / "class",
         **{
@@ -80,7 +80,7 @@ def test_source_is_main_and_neighbouring_files(tmp_path: Path) -> None:
     assert found.files == {"main.c": b"1", "angles.c": b"2", "angles.h": b"3"}
 
 
-def test_source_goes_before_firmware_unless_firmware_is_wanted(tmp_path: Path) -> None:
+def test_source_is_preferred_unless_firmware_is_requested(tmp_path: Path) -> None:
     where = tree(tmp_path / "class", **{"ada/main.c": b"1", "ada/lab3.elf": ELF})
 
     assert isinstance(content(where), SubmittedSource)
@@ -152,7 +152,7 @@ def test_unusable_submission_is_refused_with_reason(
     words("grade", str(refused))
 
 
-def test_hostile_archive_costs_only_itself(tmp_path: Path, words: Words) -> None:
+def test_hostile_archive_affects_only_its_own_submission(tmp_path: Path, words: Words) -> None:
     where = tree(tmp_path / "class", **{"ada/main.c": b"1"})
     zipped(where / "eve.zip", **{"../../main.c": b"2"})
     ada, eve = find_submissions(where, None, tmp_path / "s")
@@ -230,7 +230,7 @@ def test_file_with_another_platform_id_is_not_added(suffix: str, tmp_path: Path)
         rejected.content(tmp_path / "s")
 
 
-def test_moodles_folders_are_known_by_number_and_name(tmp_path: Path) -> None:
+def test_moodle_folders_are_recognised_by_number_and_name(tmp_path: Path) -> None:
     where = tree(tmp_path / "class", **{"Ada Lovelace_1815_assignsubmission_file_/main.c": b"1"})
     found = only(where, tmp_path / "s")
     assert (found.student.id, found.student.name) == ("1815", "Ada Lovelace")
@@ -243,7 +243,7 @@ def test_moodles_folders_are_known_by_number_and_name(tmp_path: Path) -> None:
         assert found.student.email == "ada@example.org"
 
 
-def test_gradescopes_folders_are_known_by_its_table(tmp_path: Path) -> None:
+def test_gradescope_folders_are_recognised_by_table(tmp_path: Path) -> None:
     pytest.importorskip("yaml")
     where = tree(tmp_path / "class", **{"submission_77/main.c": b"1", "submission_78/main.c": b"1"})
     (where / "submission_metadata.yml").write_text(
@@ -255,7 +255,7 @@ def test_gradescopes_folders_are_known_by_its_table(tmp_path: Path) -> None:
     assert second.student.id == "78"
 
 
-def test_class_may_come_as_one_archive(tmp_path: Path) -> None:
+def test_class_may_be_one_archive(tmp_path: Path) -> None:
     file = zipped(tmp_path / "class.zip", **{"ada/main.c": b"1", "bob/main.c": b"2"})
 
     assert [one.student.id for one in find_submissions(file, None, tmp_path / "s")] == ["ada", "bob"]
@@ -309,7 +309,7 @@ def test_every_submitted_file_is_in_result(tmp_path: Path, with_roster: bool) ->
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such files")
-def test_pipe_is_rejected_and_not_waited_for(tmp_path: Path) -> None:
+def test_pipe_is_rejected_without_waiting(tmp_path: Path) -> None:
     (tmp_path / "class").mkdir()
     os.mkfifo(tmp_path / "class" / "eve.c")
     (found,) = find_submissions(tmp_path / "class", None, tmp_path / "s")

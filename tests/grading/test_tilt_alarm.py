@@ -79,7 +79,7 @@ def programs() -> dict[str, str]:
 
 
 @needs_compiler
-def test_class_gets_points_that_page_shows(tmp_path: Path) -> None:
+def test_class_gets_points_shown_on_page(tmp_path: Path) -> None:
     (tmp_path / "tilt.toml").write_text(RUBRIC, encoding="utf-8")
     numbers = {name: f"s{number}" for number, name in enumerate(programs())}
     for name, source in programs().items():
@@ -142,7 +142,7 @@ def test_solution_has_all_points_on_several_boards(tmp_path: Path) -> None:
     assert len(re.findall(r"10 of 10", done.stdout)) == 5
 
 
-def test_programs_that_do_nothing_earn_nothing(tmp_path: Path) -> None:
+def test_programs_that_do_nothing_get_no_points(tmp_path: Path) -> None:
     (tmp_path / "tilt.toml").write_text(RUBRIC, encoding="utf-8")
 
     assert [one.earned for one in trials(load_rubric(tmp_path / "tilt.toml"), "template-arm")] == [{}] * 5

@@ -54,13 +54,13 @@ def a_lambda() -> object:
     return lambda: None
 
 
-def test_results_and_errors_come_back(workers: LocalWorkers) -> None:
+def test_results_and_errors_are_returned(workers: LocalWorkers) -> None:
     assert [one.result() for one in [workers.submit(give, number) for number in range(20)]] == list(range(20))
     with pytest.raises(InputError, match="no firmware"):
         workers.submit(fail).result()
 
 
-def test_processes_stay_warm(workers: LocalWorkers) -> None:
+def test_worker_processes_are_reused(workers: LocalWorkers) -> None:
     pids = {workers.submit(os.getpid).result() for _ in range(10)}
 
     assert len(pids) <= 2
@@ -116,7 +116,7 @@ def test_task_without_process_is_not_judged(monkeypatch: pytest.MonkeyPatch) -> 
             assert ended.value.kind == "no_worker"
 
 
-def test_end_with_cancel_leaves_no_process() -> None:
+def test_shutdown_with_cancel_leaves_no_process() -> None:
     workers = LocalWorkers(2)
     tasks = [workers.submit(pid_after, 3600) for _ in range(4)]
     while len(workers.pids) < 2:

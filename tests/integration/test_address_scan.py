@@ -8,7 +8,7 @@ from fcu_emulator import Board, I2CNackError
 from fcu_emulator.emulator.cli.run_report import _bus_errors
 
 
-def test_address_scan_is_one_line_and_no_finding() -> None:
+def test_address_scan_causes_one_line_without_finding() -> None:
     board = Board(firmware="solution")
     board.run_for(1.5)
     for address in range(0x08, 0x78):

@@ -54,8 +54,8 @@ def test_documented_objects_have_docstrings(kind: str, name: str) -> None:
     assert (shown.__doc__ or "").strip()
 
 
-def test_docs_extra_has_all_imports_of_pages() -> None:
-    """Of the packages in other extras, the pages may import only those that the extra docs has, too."""
+def test_docs_extra_installs_all_imports_of_pages() -> None:
+    """The pages may import packages of other extras only if the extra ``docs`` has these packages, too."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     extras = {
         name: {re.split(r"[<>=~;\[ ]", one)[0].lower() for one in packages}
@@ -90,7 +90,7 @@ def test_examples_in_docstrings_run(
     exec(compile(program, name, "exec"), names)
 
 
-def test_public_names_are_on_page() -> None:
+def test_public_names_are_on_api_pages() -> None:
     text = "\n".join(page.read_text(encoding="utf-8") for page in PAGES)
     whole = re.findall(r"automodule:: ([\w.]+)\n(?!   :no-members:)", text)
 

@@ -26,14 +26,14 @@ SEED = 2  # the usual campaign has another
 @linux
 @pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("attack", ATTACKS, ids=lambda attack: attack.name)
-def test_attacks_break_nothing(attack: Attack, tmp_path: Path) -> None:
+def test_attacks_cause_no_failure(attack: Attack, tmp_path: Path) -> None:
     tries = FEW.get(attack.name, 3)
     outcome = carry_out(attack, tries, SEED, tmp_path)
     assert outcome.broken == ()
     assert outcome.tries == tries == sum(outcome.outcomes.values())
 
 
-def test_broken_attack_is_reported(tmp_path: Path) -> None:
+def test_failure_caused_by_attack_is_reported(tmp_path: Path) -> None:
     def tries(number, random, folder):  # type: ignore[no-untyped-def]
         yield "held"
         raise KeyError("pitch")

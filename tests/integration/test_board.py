@@ -48,7 +48,7 @@ PLOT_BLOCK = (
 )
 
 
-def test_lab3_terminal_equals_lab() -> None:
+def test_lab3_terminal_text_equals_that_of_lab() -> None:
     board = Board(firmware="lab3")
     board.run_for(4.15)
     assert re.fullmatch(re.escape(BOOT) + f"({TEMPLATE_BLOCK}{PLOT_BLOCK}){{3}}", board.terminal.text)
@@ -63,7 +63,7 @@ def test_template_prints_its_block_and_toggles_leds() -> None:
 
 
 def test_banner_and_sensor_lines_have_exact_times() -> None:
-    """39 bytes of 10 bits at 84 MHz / 729; the LPS22HB driver waits 1 s before the five lines."""
+    """The banner has 39 bytes of 10 bits at 84 MHz / 729. The LPS22HB driver waits 1 s before the five lines."""
     board = Board(firmware="lab3")
     board.run_for(39 * 10 * 729 / 84e6 - 1e-6)
     assert board.terminal.text == BOOT[:38]
@@ -83,7 +83,7 @@ def test_callbacks_come_at_exactly_800_hz() -> None:
     assert (board.tim9.late, board.tim9.lost) == (0, 0)
 
 
-def test_stock_timer_setting_gives_807_692_hz() -> None:
+def test_stock_timer_setting_gives_807_point_692_hz() -> None:
     """ST's firmware: PSC 51, ARR 1999."""
     board = Board(firmware=script(lambda hal: start_timer(hal, 51, 1999)))
     board.run_for(13)
@@ -113,7 +113,7 @@ def test_callback_preempts_delay_and_transmit() -> None:
     assert seen["delay"] >= 15
 
 
-def test_print_in_callback_during_print_is_busy() -> None:
+def test_print_in_callback_during_print_returns_busy() -> None:
     """ST's HAL: a second HAL_UART_Transmit returns HAL_BUSY and its text is lost."""
     results: set[int] = set()
 
@@ -147,7 +147,7 @@ def test_hal_delay_waits_for_ticks_of_1_ms() -> None:
     assert ends == [5, 1005]
 
 
-def test_100_khz_loses_ticks_and_starves_main() -> None:
+def test_100_khz_bus_loses_ticks_and_starves_main() -> None:
     """Four bursts take 772.5 us at 400 kHz and 3.09 ms at 100 kHz, with a period of 1.25 ms.
 
     The first callback is caused by the flag of EGR.UG, before the counter runs. After it the main loop has one
@@ -175,7 +175,7 @@ def test_leds_follow_tilt() -> None:
     assert (board.led1.on, board.led2.on) == (False, True)
 
 
-def test_terminal_reads_expects_and_keeps() -> None:
+def test_terminal_read_and_expect_return_printed_text() -> None:
     board = Board(firmware="lab3")
     found = board.terminal.expect(r"FH rev\.(\d\.\d)")
     assert found[1] == "1.0"
@@ -187,7 +187,7 @@ def test_terminal_reads_expects_and_keeps() -> None:
     assert board.now_s == pytest.approx(1.54, abs=0.02)
 
 
-def test_all_256_byte_values_go_through_both_ways() -> None:
+def test_all_256_byte_values_pass_both_ways() -> None:
     def echo(hal: VirtualHal) -> None:
         while True:
             status, data = hal.HAL_UART_Receive(1, 100)
@@ -219,7 +219,7 @@ def test_receive_timeout_returns_received_bytes() -> None:
     assert results == [(HAL_TIMEOUT, b"ab")]
 
 
-def test_unfinished_transmit_is_timeout() -> None:
+def test_unfinished_transmit_returns_timeout() -> None:
     results: list[int] = []
     board = Board(firmware=script(lambda hal: results.append(hal.HAL_UART_Transmit(bytes(1000), 10))))
     board.run_for(1)
@@ -231,7 +231,7 @@ def test_unfinished_transmit_is_timeout() -> None:
     ("kind", "status"),
     [("absent", HAL_ERROR), ("stuck", HAL_BUSY), ("bus_error", HAL_ERROR), ("nack", HAL_ERROR)],
 )
-def test_bus_fault_is_hal_status(kind: FaultKind, status: int) -> None:
+def test_bus_fault_returns_hal_status(kind: FaultKind, status: int) -> None:
     results: list[int] = []
     board = Board(firmware=script(lambda hal: results.append(hal.HAL_I2C_Mem_Write(0xD6, 0x10, b"\xa8"))))
     board.i2c2.inject(I2CFault(kind, 0, 1, address=0x6B, byte_index=1))
@@ -274,7 +274,7 @@ def whole() -> Board:
 
 @settings(max_examples=10)
 @given(st.lists(st.floats(0.0001, 0.4), min_size=1, max_size=5))
-def test_slicing_does_not_change_run(whole: Board, slices: list[float]) -> None:
+def test_splitting_run_does_not_change_results(whole: Board, slices: list[float]) -> None:
     sliced = Board(firmware="lab3", seed=3)
     sliced.trace.record_all()
     for seconds in slices:
@@ -293,7 +293,7 @@ def test_output_depends_on_seed() -> None:
     assert texts[0] == texts[1] != texts[2]
 
 
-def test_thirty_boards_are_released() -> None:
+def test_memory_of_thirty_boards_is_released() -> None:
     boards = [Board(firmware="lab3", seed=seed) for seed in range(30)]
     for _ in range(3):
         for board in boards:
@@ -305,7 +305,7 @@ def test_thirty_boards_are_released() -> None:
     assert not any(reference() for reference in references)
 
 
-def test_board_may_be_collected_while_another_runs() -> None:
+def test_board_may_be_garbage_collected_while_another_runs() -> None:
     """The garbage collector may run at any time, also while another board's firmware executes."""
     dropped = [Board(firmware="lab3") for _ in range(3)]
     for board in dropped:
@@ -325,7 +325,7 @@ def test_board_may_be_collected_while_another_runs() -> None:
     assert board.terminal.text == "still here"
 
 
-def test_unknown_names_list_known_ones() -> None:
+def test_unknown_name_error_lists_known_names() -> None:
     with pytest.raises(InputError, match=r"'lab4'.*: lab3, template") as firmware:
         Board(firmware="lab4")
     with pytest.raises(InputError, match=r"'lab2'.*: lab3") as wiring:
@@ -333,7 +333,7 @@ def test_unknown_names_list_known_ones() -> None:
     assert (firmware.value.kind, wiring.value.kind) == ("unknown_firmware", "unknown_wiring")
 
 
-def test_unusable_values_are_refused_with_kind() -> None:
+def test_unusable_values_are_refused_with_error_kind() -> None:
     board = Board()
     for seconds in (-1, float("nan")):
         with pytest.raises(InputError, match=rf" {seconds} s") as refused:
@@ -347,7 +347,7 @@ def test_unusable_values_are_refused_with_kind() -> None:
     assert refused.value.kind == "not_latin_1"
 
 
-def test_callback_on_busy_bus_is_busy() -> None:
+def test_callback_on_busy_bus_returns_busy() -> None:
     """The HAL locks its handle. Main loop and interrupt use the bus without another lock."""
     results: set[int] = set()
 
@@ -376,13 +376,13 @@ def test_firmware_variables_are_reachable_by_their_c_names() -> None:
 
 
 @pytest.mark.parametrize("crystal_hz", [3_999_999, 26_000_001, 8e6 + 0.5, "8MHz"])
-def test_crystal_outside_datasheet_is_error(crystal_hz: Any) -> None:
+def test_crystal_outside_datasheet_range_is_refused(crystal_hz: Any) -> None:
     with pytest.raises(InputError, match="crystal_hz must be"):
         Board(crystal_hz=crystal_hz)
 
 
 @pytest.mark.parametrize(("argument", "crystal_hz"), [(None, 8_000_000), (25_000_000, 25_000_000)])
-def test_argument_overrides_crystal_of_scenario(
+def test_crystal_argument_overrides_crystal_of_scenario(
     argument: int | None, crystal_hz: int, tmp_path: Path
 ) -> None:
     file = tmp_path / "crystal.toml"
@@ -401,6 +401,6 @@ def test_invalid_crystal_of_scenario_is_refused(crystal: str, tmp_path: Path) ->
     assert refused.value.key == "crystal"
 
 
-def test_crystal_of_board_reaches_chip() -> None:
+def test_crystal_setting_of_board_reaches_chip() -> None:
     board = Board(firmware="tests/arm/broken/other_port.elf", crystal_hz=25_000_000, ideal=True)
     assert board.signals.crystal_hz == 25_000_000

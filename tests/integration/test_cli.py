@@ -41,7 +41,7 @@ def one_line_error(*arguments: str) -> str:
     return lines[0]
 
 
-def test_help_names_every_command() -> None:
+def test_help_lists_every_command() -> None:
     text = fcu("--help").stdout.decode()
     for command in ("run", "scenarios", "scenario", "registers", "doctor"):
         assert f"\n  {command} " in text
@@ -57,7 +57,7 @@ def test_run_separates_terminal_and_messages(words: Words) -> None:
     assert "TIM9 800.000 Hz" in errors
 
 
-def test_template_runs_without_angles() -> None:
+def test_template_prints_no_angles() -> None:
     text = fcu("run", "template", "--duration", "3s", "-q").stdout.decode()
     assert "ACC[x,y,z] " in text
     assert "Pitch" not in text
@@ -113,7 +113,7 @@ def test_unwritable_trace_is_refused_before_run(tmp_path: Path) -> None:
     assert not where.exists()
 
 
-def test_registers_prints_map_with_meanings(words: Words) -> None:
+def test_registers_command_prints_map_with_meanings(words: Words) -> None:
     text = fcu("registers", "lsm6dsl").stdout.decode()
     assert "0x10       RW 0x00     CTRL1_XL: " in text
     assert "ODR_XL: rate: 0 off, 1 to 10: 12.5" in text
@@ -123,7 +123,7 @@ def test_registers_prints_map_with_meanings(words: Words) -> None:
     words("registers", one_line_error("registers", "bme280"))
 
 
-def test_register_is_printed_for_every_part() -> None:
+def test_register_is_printed_for_every_sensor() -> None:
     text = fcu("registers", "who_am_i").stdout.decode()
     assert re.findall(r"^(L\w+)$|: always (0x\w+)", text, re.MULTILINE) == [
         ("LSM6DSL", ""),
@@ -136,7 +136,7 @@ def test_register_is_printed_for_every_part() -> None:
     assert fcu("registers", "SR1").stdout.decode().count("SMBALERT: ") == len(["I2C1", "I2C2", "I2C3"])
 
 
-def test_registers_prints_bus_access_and_deviations(words: Words) -> None:
+def test_registers_command_prints_bus_access_and_deviations(words: Words) -> None:
     text = fcu("registers", "lps22hb").stdout.decode()
     lines = text.splitlines()
     assert lines[0].startswith("LPS22HB ")
@@ -194,12 +194,12 @@ def test_closed_reader_does_not_break_run() -> None:
     assert b"20.000 s of virtual time" in done.stderr
 
 
-def test_python_m_emulator_is_fcu() -> None:
+def test_python_m_emulator_runs_fcu() -> None:
     assert fcu("--version").stdout.decode().startswith("fcu-emulator 0.")
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="/dev/full is a Linux device")
-def test_full_disk_names_trace_file() -> None:
+def test_full_disk_error_states_trace_file() -> None:
     done = fcu("run", "--duration", "3s", "--trace", "/dev/full", "-q", code=4)
     assert "fcu: trace file /dev/full: No space left on device" in done.stderr.decode()
 

@@ -38,7 +38,7 @@ def project(tmp_path: Path) -> Path:
 @needs_compiler
 @pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")
 @pytest.mark.parametrize(("bus", "opt"), [("I2C2", "-Og"), ("SPI2", "-O2")])
-def test_build_gives_bytes_of_make(bus: str, opt: str, project: Path) -> None:
+def test_build_gives_same_file_as_make(bus: str, opt: str, project: Path) -> None:
     makefile = project / "Makefile"
     text = makefile.read_text(encoding="utf-8")
     text = text.replace("BUS ?= I2C2", f"BUS ?= {bus}").replace("OPT ?= -Og", f"OPT ?= {opt}")
@@ -65,7 +65,7 @@ def only_gcc(tmp_path: Path) -> str:
 
 @needs_compiler
 @pytest.mark.skipif(sys.platform == "win32", reason="makes a symbolic link")
-def test_machine_without_make_builds_and_checks(project: Path, only_gcc: str) -> None:
+def test_build_and_check_work_without_make(project: Path, only_gcc: str) -> None:
     done = fcu("check", "--exercise", "2", folder=project, PATH=only_gcc)
 
     assert done.returncode == 1, done.stderr
@@ -86,7 +86,7 @@ def test_failed_build_removes_old_program(project: Path, only_gcc: str) -> None:
     assert not (project / "lab3.elf").exists()
 
 
-def test_missing_compiler_error_names_what_to_install(project: Path, tmp_path: Path) -> None:
+def test_missing_compiler_error_states_what_to_install(project: Path, tmp_path: Path) -> None:
     empty = tmp_path / "empty"
     empty.mkdir()
     done = fcu("build", folder=project, PATH=str(empty), HOME=str(empty))
@@ -136,7 +136,7 @@ _XPACK = "xPacks/@xpack-dev-tools/arm-none-eabi-gcc/13.3.1-1.1/.content/bin"
         ("darwin", "opt/homebrew/bin"),
     ],
 )
-def test_compiler_is_found_in_its_makers_folder(system: str, folder: str, tmp_path: Path) -> None:
+def test_compiler_is_found_in_default_install_folder(system: str, folder: str, tmp_path: Path) -> None:
     environment = windows(tmp_path) if system == "win32" else {"HOME": str(tmp_path / "home"), "PATH": ""}
     assert find_compiler(environment, system, tmp_path) is None
     compiler = put_compiler(tmp_path / folder, system)
@@ -144,7 +144,7 @@ def test_compiler_is_found_in_its_makers_folder(system: str, folder: str, tmp_pa
     assert find_compiler(environment, system, tmp_path) == compiler
 
 
-def test_newest_of_several_versions_is_taken(tmp_path: Path) -> None:
+def test_newest_of_several_compilers_is_used(tmp_path: Path) -> None:
     for version in ("9.3.1", "13.3.1", "10.3.1"):
         put_compiler(tmp_path / "opt" / f"gcc-arm-none-eabi-{version}" / "bin", "linux")
     found = find_compiler({"HOME": str(tmp_path), "PATH": ""}, "linux", tmp_path)
@@ -154,7 +154,7 @@ def test_newest_of_several_versions_is_taken(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a program without a suffix")
-def test_path_comes_before_other_places(tmp_path: Path) -> None:
+def test_compiler_on_path_precedes_other_folders(tmp_path: Path) -> None:
     put_compiler(tmp_path / "opt" / "gcc-arm-none-eabi-13" / "bin", "linux")
     first = put_compiler(tmp_path / "mine", "linux")
     environment = {"HOME": str(tmp_path), "PATH": str(tmp_path / "mine")}

@@ -101,7 +101,7 @@ def test_template_gets_next_steps(tmp_path: Path, words: Words) -> None:
     words("check", done.stdout.partition("Exercise 2")[2])
 
 
-def test_template_is_told_function_to_write() -> None:
+def test_next_step_states_function_to_write() -> None:
     done = fcu("check", "template-arm", "--exercise", "3")
 
     assert "\nNext\n  Write eCompass() " in done.stdout
@@ -174,7 +174,7 @@ def test_check_leaves_no_files_behind(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_each_requirement_that_is_not_met_is_named(tmp_path: Path) -> None:
+def test_each_unmet_requirement_is_reported(tmp_path: Path) -> None:
     file = tmp_path / "verdict.json"
     fcu("check", "template-arm", "--exercise", "4", "--json", str(file))
     (led,) = Verdict.from_json(file.read_text(encoding="utf-8")).of("4")
@@ -186,7 +186,7 @@ def test_each_requirement_that_is_not_met_is_named(tmp_path: Path) -> None:
 
 
 @needs_compiler
-def test_broken_law_is_saved_as_failing_scenario(project: Path, tmp_path: Path) -> None:
+def test_violated_law_is_saved_as_failing_scenario(project: Path, tmp_path: Path) -> None:
     """The pitch is wrong only beyond 83 degrees, which no run of the rubric reaches."""
     code = solved()
     right = "  pitch = pitch * DEGREES;\n"
@@ -221,7 +221,7 @@ def test_check_output_fits_one_screen(tmp_path: Path) -> None:
     assert max(map(len, lines)) <= 98
 
 
-def test_missing_hypothesis_is_printed(tmp_path: Path) -> None:
+def test_missing_hypothesis_package_is_reported(tmp_path: Path) -> None:
     missing = tmp_path / "hypothesis"
     missing.mkdir()
     (missing / "__init__.py").write_text("raise ModuleNotFoundError('no', name='hypothesis')")
@@ -272,7 +272,7 @@ def test_failed_build_is_not_judged(project: Path, words: Words) -> None:
 
 
 @needs_compiler
-def test_misspelt_function_is_named_with_its_line(project: Path) -> None:
+def test_misspelt_function_is_reported_with_its_line(project: Path) -> None:
     """The compiler only warns about it, and the linker's last line only says that something failed."""
     change(project / "main.c", "    HAL_Delay(1000);", "    HAL_delay(1000);")
     line = 1 + (project / "main.c").read_text(encoding="utf-8").split("HAL_delay")[0].count("\n")
@@ -362,7 +362,7 @@ def test_parallel_runs_give_same_output(program: str, tmp_path: Path) -> None:
     assert outputs[0] == outputs[1]
 
 
-def test_parallel_runs_refuse_wrong_firmware_alike(tmp_path: Path) -> None:
+def test_parallel_and_single_jobs_print_same_refusal(tmp_path: Path) -> None:
     wrong = tmp_path / "wrong.elf"
     wrong.write_bytes(b"\x7fELF" + bytes(100))
     outputs = [fcu("check", str(wrong), "--jobs", jobs) for jobs in ("1", "3")]

@@ -45,7 +45,7 @@ def test_commands_and_options_are_completed(shell: str) -> None:
 
 
 @pytest.mark.parametrize("shell", SHELLS)
-def test_pages_line_prints_shells_script(shell: str) -> None:
+def test_documented_line_prints_completion_script_of_shell(shell: str) -> None:
     assert f"_FCU_COMPLETE={shell}_source fcu" in PAGE.read_text(encoding="utf-8")
     if shell == "bash" and shutil.which("bash") is None:
         pytest.skip("click asks bash for its version, and there is none")
@@ -56,7 +56,7 @@ def test_pages_line_prints_shells_script(shell: str) -> None:
 
 
 @pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash")
-def test_bash_completes_after_pages_line(tmp_path: Path) -> None:
+def test_bash_completes_after_documented_line(tmp_path: Path) -> None:
     program = tmp_path / "fcu"
     program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m fcu_emulator "$@"\n', encoding="utf-8")
     program.chmod(0o755)

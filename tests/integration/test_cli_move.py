@@ -63,18 +63,18 @@ def options(gesture: str | None = None, amount: float | None = None, **more: Any
 # -- what the arguments mean --------------------------------------------------------------------------------
 
 
-def test_single_angle_keeps_others() -> None:
+def test_single_angle_option_keeps_other_angles() -> None:
     assert entries(options(roll=30.0), FLAT) == [
         {"do": "follow_attitude", "roll_deg": 30.0, "pitch_deg": 2.0, "yaw_deg": 3.0}
     ]
 
 
-def test_duration_is_time_of_motion() -> None:
+def test_duration_option_sets_time_of_motion() -> None:
     (entry,) = entries(options(roll=30.0, yaw=-90.0, duration="1s"), FLAT)
     assert entry == {"do": "rotate_to", "for": "1s", "roll_deg": 30.0, "pitch_deg": 2.0, "yaw_deg": -90.0}
 
 
-def test_north_east_up_push_board() -> None:
+def test_north_east_and_up_options_push_board() -> None:
     (entry,) = entries(options(north=0.3, up=-0.1), FLAT)
     assert entry == {"do": "move", "for": "1s", "north_m": 0.3, "east_m": 0.0, "up_m": -0.1}
     turn, push = entries(options(yaw=90.0, east=0.2, duration="2s"), FLAT)
@@ -90,7 +90,7 @@ def test_command_accepts_current_and_old_gestures() -> None:
     assert list(argument.type.choices) == [*GESTURES, *OLD_WORDS]
 
 
-def test_gestures_have_scenarios_words() -> None:
+def test_gestures_have_same_names_as_in_scenarios() -> None:
     for word, gesture in GESTURES.items():
         done = {entry["do"] for entry in gesture.entries(gesture.usual or 0.0, None, None)}
         assert done == ({"follow_attitude", "follow_altitude"} if word == "flat" else {word})
@@ -106,10 +106,10 @@ def test_every_page_button_is_working_gesture() -> None:
         board.run_for(0.01)
 
 
-def test_calibration_gesture_is_drawn_as_by_hand() -> None:
+def test_calibration_gesture_moves_like_hand() -> None:
     """The motion is not along the field.
 
-    At the rates of a hand, the middle of the extremes is near the hard iron, not exact.
+    At the rates of a hand, the middle of the extremes is near the hard iron, but not equal to it.
     """
     board = Board(ideal=True)
     board.world.set_hard_iron(120, -80, 45)
@@ -174,7 +174,7 @@ def test_old_gesture_works_with_warning(old: str, capsys: pytest.CaptureFixture[
     assert output.out.startswith("lab3: moves from")
 
 
-def test_flat_restores_level_attitude(capsys: pytest.CaptureFixture[str]) -> None:
+def test_flat_command_restores_level_attitude(capsys: pytest.CaptureFixture[str]) -> None:
     board = Board()
     board.world.set_attitude(10, 20, 30)
     board.world.set_altitude(5)
@@ -267,7 +267,7 @@ def fcu_move(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
 
 
-def test_command_moves_run_in_another_process(tmp_path: Path, words: Words) -> None:
+def test_move_command_moves_board_of_another_process(tmp_path: Path, words: Words) -> None:
     run = [
         sys.executable,
         "-m",

@@ -105,7 +105,7 @@ def test_running_board_is_found_and_answers(folder: Path) -> None:
     assert refused.value.kind == "no_board"
 
 
-def test_of_several_boards_one_is_named() -> None:
+def test_several_running_boards_require_board_option() -> None:
     with running_control_server(name="lab3"), running_control_server(name="mine.elf"):
         with pytest.raises(
             InputError, match=r"^2 boards run: \d+ \(lab3\), \d+ \(mine.elf\); .* --board PROCESS$"
@@ -166,7 +166,7 @@ def test_invalid_message_with_token_gets_error() -> None:
         assert ["invalid message" in one.get("error", "") for one in answers[1:]] == [True, True, True]
 
 
-def test_many_strangers_do_not_block_callers() -> None:
+def test_many_silent_connections_do_not_block_client() -> None:
     with running_control_server():
         (board,) = running_boards()
         with contextlib.ExitStack() as stack:
@@ -234,7 +234,7 @@ def test_unusable_address_is_refused_in_one_line(where: str, message: str) -> No
     assert "\n" not in str(caught.value)
 
 
-def test_unserved_port_error_names_run_command() -> None:
+def test_unserved_port_error_shows_run_command() -> None:
     with socket.socket() as reserved:
         reserved.bind(("127.0.0.1", 0))
         number = reserved.getsockname()[1]
@@ -261,7 +261,7 @@ def test_run_and_terminal_find_each_other() -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal as its console")
-def test_console_sends_keys_at_once_and_is_restored() -> None:
+def test_console_sends_keys_immediately_and_is_restored() -> None:
     import termios
 
     ours, its = os.openpty()
@@ -291,7 +291,7 @@ def test_console_sends_keys_at_once_and_is_restored() -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal as its console")
-def test_terminal_that_is_killed_restores_console() -> None:
+def test_killed_terminal_restores_console() -> None:
     import termios
 
     ours, its = os.openpty()

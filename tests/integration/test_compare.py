@@ -96,7 +96,7 @@ def test_timer_at_another_rate_is_difference() -> None:
     assert (difference.first.text, difference.second.text) == ("TIM9 at 800.000 Hz", "TIM9 at 807.692 Hz")
 
 
-def test_ticks_that_are_lost_are_difference() -> None:
+def test_lost_ticks_are_difference() -> None:
     def timed(ticks: int, lost: int) -> Observation:
         entries = [ObservedItem(0, "TIM9 at 800.000 Hz"), ObservedItem(END_PS, f"{ticks} ticks, {lost} lost")]
         return Observation(END_PS, {"timer": entries})
@@ -127,7 +127,7 @@ def test_first_difference_is_earliest_of_all_sequences() -> None:
     assert [difference.sequence for difference in compare(first, second)] == ["LED1", TERMINAL]
 
 
-def test_difference_has_place_both_sides_and_context() -> None:
+def test_difference_has_place_both_values_and_context() -> None:
     (difference,) = compare(run("a\n", "b\n", "c\n"), run("a\n", "b\n", "d\n"))
 
     assert (difference.sequence, difference.index, difference.at_ps) == (TERMINAL, 2, 3 * PS_PER_S)
@@ -147,7 +147,7 @@ def test_timing_within_tolerance_is_not_difference() -> None:
     assert not compare(on_time, late, Rules(ignore={"time"}))
 
 
-def test_run_may_fall_behind_steadily() -> None:
+def test_constant_delay_per_line_is_within_tolerance() -> None:
     """A delay of 15 ms in each pass is 120 ms after eight passes."""
     lines = [f"{number}\n" for number in range(8)]
     slower = run(*lines, every_ps=PS_PER_S + 15 * PS_PER_MS)
@@ -162,7 +162,7 @@ def test_missing_entry_is_difference() -> None:
     assert (difference.first, difference.second) == (ObservedItem(2 * PS_PER_S, "b\n"), None)
 
 
-def test_entry_cut_by_end_is_no_difference() -> None:
+def test_entry_cut_by_run_end_is_not_difference() -> None:
     end_ps = 2 * PS_PER_S + 10 * PS_PER_MS  # the other run may come to it 20 ms later
     begun = Observation(
         end_ps, {TERMINAL: [ObservedItem(PS_PER_S, "a\n"), ObservedItem(2 * PS_PER_S, "Pit", cut=True)]}
@@ -174,7 +174,7 @@ def test_entry_cut_by_end_is_no_difference() -> None:
     assert compare(begun, run("a\n", "Roll: 1\n", end_ps=end_ps))
 
 
-def test_line_cut_in_number_is_compared_partly() -> None:
+def test_line_cut_inside_number_is_compared_partly() -> None:
     end_ps = 2 * PS_PER_S
     begun = Observation(end_ps, {TERMINAL: [ObservedItem(PS_PER_S, "Pre: 977.4", cut=True)]})
     other = run("Pre: 978.120000 hPa \n", end_ps=end_ps)
@@ -184,11 +184,11 @@ def test_line_cut_in_number_is_compared_partly() -> None:
     assert not compare(begun, other, Rules(tolerance=tolerances([("Pre", 1)])))
 
 
-def test_unequal_runs_are_compared_up_to_shorter() -> None:
+def test_runs_are_compared_up_to_end_of_shorter() -> None:
     assert not compare(run("a\n", "b\n", "c\n"), run("a\n", end_ps=PS_PER_S + 1))
 
 
-def test_both_banners_are_equal() -> None:
+def test_both_banner_spellings_are_equal() -> None:
     """The slides have FH and ST's source has FW. Every comparison accepts both."""
     banners = [f"STEVAL-FCU001V1 {word} rev.1.0 - Sep 2017\n" for word in ("FH", "FW", "FX")]
 
@@ -216,7 +216,7 @@ def test_tolerance_does_not_apply_to_other_lines() -> None:
     assert compare(run("Count: 1 \n"), run("Count: 2 \n"), Rules(tolerance=tolerances([("ACC", 5)])))
 
 
-def test_tolerance_may_name_three_axes_at_once() -> None:
+def test_tolerance_may_name_three_axes_together() -> None:
     assert tolerances([("ACC", 2), ("ACC.z", 3)]) == {"ACC.x": 2, "ACC.y": 2, "ACC.z": 3}
 
 
@@ -248,7 +248,7 @@ def test_numbers_can_be_ignored_in_every_line() -> None:
     assert compare(run("Count: 1 \n"), run("Sum: 1 \n"), rules)
 
 
-def test_sequence_of_one_run_is_not_compared() -> None:
+def test_sequence_in_only_one_run_is_not_compared() -> None:
     """A replayed firmware does not write registers."""
     assert not compare(run("a\n"), run("on", sequence="LED1"))
 
@@ -265,7 +265,7 @@ def test_largest_deviations_suggest_tolerance() -> None:
 # -- what a run did -----------------------------------------------------------------------------------------
 
 
-def test_lines_begin_at_their_first_byte() -> None:
+def test_time_of_line_is_that_of_first_byte() -> None:
     """A frame has ten bits of 729 / 84 MHz (RM0368 section 19.3.4). The CR belongs to the previous line."""
 
     def main(hal: VirtualHal) -> None:
@@ -285,7 +285,7 @@ def test_lines_begin_at_their_first_byte() -> None:
     assert lines[2].at_ps - lines[1].at_ps == pytest.approx(4 * frame_ps, abs=1)
 
 
-def test_register_writes_are_kept_by_part() -> None:
+def test_register_writes_are_stored_per_sensor() -> None:
     def main(hal: VirtualHal) -> None:
         assert hal.HAL_I2C_Mem_Write(0xD6, 0x10, b"\xa8") == HAL_OK
 
@@ -312,7 +312,7 @@ def test_failed_firmware_differs_from_running_one() -> None:
 
 
 @pytest.mark.parametrize("name", scenario_names())
-def test_firmware_equals_itself_and_differs_from_faulty(name: str) -> None:
+def test_firmware_equals_itself_and_differs_from_faulty_one(name: str) -> None:
     """TIM9 runs at an eighth of its rate, which on a desk shows only in the duration of the text."""
     lab3 = observed(name)
 
@@ -333,7 +333,7 @@ def test_another_board_of_class_prints_other_numbers(name: str) -> None:
     assert not compare(lab3, other, Rules(tolerance=everything))
 
 
-def test_wrong_threshold_shows_first_on_led() -> None:
+def test_first_difference_of_wrong_threshold_is_led() -> None:
     """LED1 is on above 80 degrees of pitch, not 70. Later the scenario tilts the roll, which LED2 shows."""
     duration_ps = load_scenario("led_x").duration_ps
     differences = compare(
@@ -355,7 +355,7 @@ def test_diff_of_equal_firmwares_exits_with_0() -> None:
     assert text.endswith("no difference in 2 s\n")
 
 
-def test_diff_lists_what_is_not_compared(words: Words) -> None:
+def test_diff_lists_sequences_that_are_not_compared(words: Words) -> None:
     command = ("diff", "lab3", "template", "--scenario", "desk", "--ignore", "numbers", "--ignore", "leds")
     text = fcu(*command, code=1).stdout.decode()
     equal = fcu("diff", "lab3", "lab3", "--scenario", "desk", *command[-4:]).stdout.decode()
@@ -385,7 +385,7 @@ def test_diff_prints_first_difference_and_exits_1() -> None:
         (["lab3", "lab3", "--duration", "soon"], "--duration"),
     ],
 )
-def test_diff_refuses_in_one_line(arguments: list[str], problem: str) -> None:
+def test_diff_refuses_wrong_arguments_in_one_line(arguments: list[str], problem: str) -> None:
     assert problem in one_line_error("diff", *arguments, "--scenario", "flat")
 
 

@@ -44,7 +44,7 @@ def test_all_data_paths_are_measured() -> None:
 
 
 @pytest.mark.parametrize("name", AT_MOST)
-def test_data_path_has_no_more_files(name: str) -> None:
+def test_data_path_has_at_most_listed_files(name: str) -> None:
     files, beyond, in_c = measured()[name]
 
     assert 3 < files <= AT_MOST[name][0]
@@ -53,11 +53,11 @@ def test_data_path_has_no_more_files(name: str) -> None:
 
 
 @pytest.mark.parametrize(("file", "function"), [item for files in C_FILES.values() for item in files.items()])
-def test_function_is_in_its_c_file(file: str, function: str) -> None:
+def test_function_is_in_listed_c_file(file: str, function: str) -> None:
     assert re.search(rf"\b{function}\b", next(NATIVE.rglob(file)).read_text(encoding="utf-8"))
 
 
-def test_architecture_page_names_files_of_data_paths() -> None:
+def test_architecture_page_lists_files_of_data_paths() -> None:
     """The files in each section are among those whose functions were called."""
     names = [
         "attitude set -> register byte",

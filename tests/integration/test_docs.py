@@ -91,7 +91,7 @@ def test_console_examples_print_their_output(session: str) -> None:
 
 
 @pytest.mark.parametrize("text", blocks("toml"))
-def test_scenario_examples_hold(text: str, tmp_path: Path) -> None:
+def test_scenario_examples_pass(text: str, tmp_path: Path) -> None:
     if text == LAB:
         return  # asks for another program than LAB3's: tests/grading/test_tilt_alarm.py
     file = tmp_path / "example.toml"
@@ -119,7 +119,7 @@ def test_links_have_targets(page: Path) -> None:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_tests_that_page_names_exist(page: Path) -> None:
+def test_tests_named_on_page_exist(page: Path) -> None:
     for file, name in NAMED_TEST.findall(text_of(page)):
         assert f"def {name}(" in text_of(ROOT / file), f"{file}::{name}"
 
@@ -152,7 +152,7 @@ def test_every_page_can_be_reached_from_readme() -> None:
     assert {page for page in PAGES if page not in linked and not page.name.startswith("+")} == set()
 
 
-def test_readme_is_read_in_three_minutes() -> None:
+def test_readme_can_be_read_in_three_minutes() -> None:
     assert len(text_of(ROOT / "README.md").split()) <= LONGEST_README
 
 
@@ -200,13 +200,13 @@ def test_every_exercise_has_scenario() -> None:
 
 
 @pytest.mark.parametrize("scenario", [scenario for _, scenario in EXERCISES])
-def test_exercise_scenario_passes_only_if_done(scenario: str) -> None:
+def test_exercise_scenario_passes_only_for_finished_exercise(scenario: str) -> None:
     assert run(Board(firmware="solution", scenario=scenario)).passed
     done_by_template = scenario == "exercise_1"
     assert run(Board(firmware="template-arm", scenario=scenario)).passed is done_by_template
 
 
-def test_fragments_make_section_of_changelog() -> None:
+def test_fragments_form_section_of_changelog() -> None:
     command = [sys.executable, "-m", "towncrier", "build", "--draft", "--version", "next"]
     section = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
     fragments = list((ROOT / "changes").glob("+*.md"))
@@ -215,7 +215,7 @@ def test_fragments_make_section_of_changelog() -> None:
     assert len(re.findall(r"^- ", section, re.MULTILINE)) == len(fragments)
 
 
-def test_migration_table_names_existing_features() -> None:
+def test_migration_table_lists_existing_features() -> None:
     page = text_of(ROOT / "docs" / "renamed.md")
     table = page[page.index("| 0.1.0 | now |") :].partition("\n\n")[0]
     rows = [row.strip("| ").split(" | ") for row in table.splitlines()[2:]]

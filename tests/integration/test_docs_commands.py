@@ -91,7 +91,9 @@ def is_there(arguments: list[str]) -> None:
 
 
 @pytest.mark.parametrize("block", blocks("sh"))
-def test_commands_can_be_typed(block: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_documented_commands_run_as_typed(
+    block: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     if "--serial pty" in block and sys.platform == "win32":
         pytest.skip("Windows has no pseudo-terminals")
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")])))
@@ -101,7 +103,7 @@ def test_commands_can_be_typed(block: str, tmp_path: Path, monkeypatch: pytest.M
 
 
 @pytest.mark.parametrize("block", blocks("yaml"))
-def test_workflows_can_be_run(block: str, tmp_path: Path) -> None:
+def test_documented_workflow_steps_run(block: str, tmp_path: Path) -> None:
     steps = WORKFLOW.findall(block)
     assert steps
     for command in steps:

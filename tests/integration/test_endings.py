@@ -72,7 +72,9 @@ def left(folders: list[Path]) -> list[Path]:
         ("SIGHUP", ("--isolate",)),
     ],
 )
-def test_web_ends_in_order(name: str, isolated: tuple[str, ...], folders: list[Path], tmp_path: Path) -> None:
+def test_web_command_ends_cleanly_on_signal(
+    name: str, isolated: tuple[str, ...], folders: list[Path], tmp_path: Path
+) -> None:
     record = tmp_path / "session.toml"
     process = started("web", "lab3", "--no-browser", "--record", record, "--serial", "pty", *isolated)
     list(until(process, "Ctrl-C"))
@@ -91,7 +93,9 @@ def test_web_ends_in_order(name: str, isolated: tuple[str, ...], folders: list[P
 @pytest.mark.parametrize(
     "command", [("run", "lab3", "--speed", "1", "--serial", "pty"), ("web", "--no-browser")]
 )
-def test_second_request_removes_files(name: str, command: tuple[str, ...], folders: list[Path]) -> None:
+def test_second_request_to_end_removes_files(
+    name: str, command: tuple[str, ...], folders: list[Path]
+) -> None:
     process = started(*command)
     list(until(process, "open it with|page:"))
     for _ in range(2):
@@ -103,7 +107,7 @@ def test_second_request_removes_files(name: str, command: tuple[str, ...], folde
 
 
 @pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGINT"])
-def test_ended_scenario_run_is_not_judged(name: str, folders: list[Path], tmp_path: Path) -> None:
+def test_interrupted_scenario_run_is_not_judged(name: str, folders: list[Path], tmp_path: Path) -> None:
     expects = "[[expect]]\nkind = 'line'\ntext = 'LAB3 Init...'\n"
     path = write(tmp_path, HEAD + 'duration = "300s"\n' + expects)
     process = started("run", "--scenario", path, "--speed", "1", "--serial", "pty", "--serial", "stdout")
@@ -139,7 +143,7 @@ def test_command_without_summary_ends_in_one_line(
 
 
 @linux
-def test_ignored_hangup_continues_command(folders: list[Path]) -> None:
+def test_command_continues_if_hangup_is_ignored(folders: list[Path]) -> None:
     del folders
     diff = f"diff '{FIRMWARE}' '{FIRMWARE}' --scenario flat --duration 1s"
     command = f"trap '' HUP; exec '{sys.executable}' -m fcu_emulator {diff}"
@@ -246,7 +250,7 @@ WEB = ("web", "--no-browser", "--duration", "10ms")
         (WEB, "fcu_emulator.emulator.live.server", "module.PageServer.close", False),
     ],
 )
-def test_signal_beside_file_of_others_removes_it(
+def test_signal_during_shared_file_change_removes_file(
     command: tuple[str, ...], module: str, place: str, first: bool, folders: list[Path]
 ) -> None:
     program = TWO_SIGNALS.format(module=module, place=place, first=first, command=command)
@@ -286,7 +290,7 @@ def test_recording_beyond_file_limit_is_not_written(tmp_path: Path, folders: lis
 
 
 @pytest.mark.parametrize("make", [os.mkfifo, os.mkdir], ids=["pipe", "folder"])
-def test_recording_to_non_file_is_refused_at_once(make: Callable[[Path], None], tmp_path: Path) -> None:
+def test_recording_to_non_file_is_refused_immediately(make: Callable[[Path], None], tmp_path: Path) -> None:
     make(tmp_path / "session.toml")
     process = started(
         "web", "lab3", "--no-browser", "--duration", "1s", "--record", tmp_path / "session.toml"

@@ -201,7 +201,7 @@ def test_closing_reader_ends_every_command(arguments: tuple[str, ...]) -> None:
         assert code == READER_GONE
 
 
-def test_unknown_part_is_one_line() -> None:
+def test_unknown_sensor_error_is_one_line() -> None:
     for name in ("", " ", "LSM", "\x1b"):
         done = fcu("registers", name)
         assert (done.returncode, done.stdout) == (USAGE_ERROR, "")
@@ -226,7 +226,7 @@ def test_same_file_for_two_outputs_is_refused(tmp_path: Path) -> None:
 @needs_full
 @posix
 @pytest.mark.parametrize("after", [">/dev/full", ">&-", "<&- >&- 2>&-"])
-def test_new_with_unread_steps_is_not_judged(tmp_path: Path, after: str) -> None:
+def test_new_with_lost_output_is_not_judged(tmp_path: Path, after: str) -> None:
     done = fcu("new", tmp_path / "mylab", after=after)
     assert done.returncode == NOT_JUDGED
     assert "Traceback" not in done.stderr
@@ -250,7 +250,7 @@ def test_lost_standard_error_keeps_verdict(tmp_path: Path) -> None:
 
 
 @needs_full
-def test_full_disk_under_run_file_is_reported(tmp_path: Path) -> None:
+def test_full_disk_for_output_file_is_reported(tmp_path: Path) -> None:
     for option in ("--trace", "--json"):
         done = run_scenario(tmp_path, SECOND + GOOD, option, str(FULL))
         assert done.returncode == NOT_JUDGED

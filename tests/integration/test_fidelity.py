@@ -36,7 +36,7 @@ def fcu(*arguments: str) -> str:
     return done.stdout.decode()
 
 
-def test_pages_table_is_up_to_date() -> None:
+def test_table_of_page_is_up_to_date() -> None:
     """If it is outdated: python -m fcu_emulator.emulator.analysis.fidelity docs/fidelity-tables.md"""
     text = (ROOT / "docs" / "fidelity-tables.md").read_text(encoding="utf-8")
     assert rewrite(text) == text
@@ -78,7 +78,7 @@ def test_board_table_has_every_figure_with_source() -> None:
     assert len(row.split("|")[-2]) > 10  # the source
 
 
-def test_chip_table_names_blocks_and_missing_features() -> None:
+def test_chip_table_lists_peripherals_and_missing_features() -> None:
     rows = {
         name: row for row in chip_table().splitlines() for name in row.split(" | ")[0].strip("| ").split(", ")
     }
@@ -101,8 +101,8 @@ def test_every_function_has_name_and_source(name: str) -> None:
 
 
 @parts
-def test_fields_without_behaviour_are_named(name: str) -> None:
-    """In every bank, the bits of the register maps are the same as those that a user sees."""
+def test_fields_without_behaviour_are_listed(name: str) -> None:
+    """For all banks, the table and ``fcu registers`` list the bits that are not modelled in the register maps."""
     names = []
     for bank in SENSORS[name].maps().values():
         for register in bank.registers:
@@ -129,5 +129,5 @@ def test_register_map_shows_every_register_and_field(name: str) -> None:
             assert all(f" {bits.name}: {bits.doc}" in printed for bits in register.fields)
 
 
-def test_fcu_prints_table() -> None:
+def test_fcu_command_prints_table() -> None:
     assert fcu("registers", "--fidelity") == f"{table()}\n\n{chip_table()}\n"

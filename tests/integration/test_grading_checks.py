@@ -94,13 +94,13 @@ def test_wrong_program_fails_with_actual_value(
     assert check.actual.startswith(actual)
 
 
-def test_too_few_reads_have_their_finding(tmp_path: Path) -> None:
+def test_too_few_reads_cause_specific_finding(tmp_path: Path) -> None:
     reads = READS.replace("799", "900").replace("801", "950")
 
     assert judged(tmp_path, f'{reads}, sensor = "gyroscope"', "solution").finding == "seldom read"
 
 
-def test_line_printed_before_window_is_missing(tmp_path: Path, words: Words) -> None:
+def test_line_printed_only_before_window_is_missing(tmp_path: Path, words: Words) -> None:
     late = 'kind = "field", name = "Pre", truth = true, tolerance = 5, from = "2.3s"'
     check = judged(tmp_path, late, "solution")
 
@@ -123,7 +123,7 @@ def test_missing_function_is_unjudged(tmp_path: Path) -> None:
     assert "MagCalibration" in check.unjudged_because
 
 
-def test_internal_error_costs_only_its_check(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_internal_error_affects_only_its_check(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(firmware: str, law: str, examples: int) -> str | None:
         raise ExceptionGroup("two", [AssertionError("one"), ZeroDivisionError("other")])
 
@@ -156,7 +156,7 @@ def test_several_counterexamples_are_described_as_one(tmp_path: Path) -> None:
     assert checks["3.block"].outcome == "passed"
 
 
-def test_warnings_count_only_for_own_builds(tmp_path: Path) -> None:
+def test_compiler_warnings_without_build_log_are_unjudged(tmp_path: Path) -> None:
     warning = "main.c:3:7: warning: unused variable 'x' [-Wunused-variable]\n"
     found, none, unknown = (
         judged(tmp_path, 'kind = "no_warnings"', "lab3", log) for log in (warning, "  CC main.c\n", None)
@@ -168,7 +168,7 @@ def test_warnings_count_only_for_own_builds(tmp_path: Path) -> None:
 
 
 @needs_compiler
-def test_print_in_callback_is_seen(tmp_path: Path) -> None:
+def test_print_in_callback_is_found(tmp_path: Path) -> None:
     program = student_programs.programs("mistakes.toml")["print_in_callback"]
     check = judged(tmp_path, QUIET, student_programs.build(program, "O2", tmp_path))
 

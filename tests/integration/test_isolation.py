@@ -79,7 +79,7 @@ def test_senseless_limits_are_refused(arguments: tuple[str, ...], words: Words) 
 
 
 @posix
-def test_closed_standard_output_is_closed_for_worker(words: Words) -> None:
+def test_closed_standard_output_stays_closed_for_worker(words: Words) -> None:
     done = fcu("run", "--duration", "100ms", "--isolate", after=">&-")
     assert done.returncode == USAGE_ERROR
     words("run", done.stderr)
@@ -126,7 +126,7 @@ def test_exhausted_memory_is_not_judged(program: str, words: Words) -> None:
     words("run", ending.cause)
 
 
-def test_worker_may_put_itself_under_limits_again() -> None:
+def test_worker_may_set_its_limits_again() -> None:
     """A worker that does many tasks calls it for each.
 
     The second call does not reduce the remaining limits of the first.
@@ -180,7 +180,7 @@ def test_worker_exit_code_is_reported(program: str, code: str, number: int) -> N
         "os._exit(120)",
     ],
 )
-def test_worker_death_has_cause(program: str, code: str, words: Words) -> None:
+def test_worker_death_is_reported_with_cause(program: str, code: str, words: Words) -> None:
     ending = run_isolated(program, [code], WorkerLimits())
     assert ending.code is None
     words("run", ending.cause)
@@ -220,7 +220,7 @@ def test_killed_worker_is_not_judged(tmp_path: Path, words: Words) -> None:
 @pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
 @pytest.mark.parametrize("everybody", [False, True], ids=["parent", "both"])
-def test_request_to_end_reaches_worker_once(name: str, everybody: bool) -> None:
+def test_request_to_end_reaches_worker_exactly_once(name: str, everybody: bool) -> None:
     """The signal goes only to the parent, as from ``kill``, or to both, as for Ctrl-C in a terminal."""
     process = started("--duration", "300s", group=everybody)
     (worker,) = workers(process)
@@ -276,7 +276,7 @@ def test_end_request_before_worker_start_leaves_no_process() -> None:
         ("check", "template-arm", "--exercise", "4"),
     ],
 )
-def test_isolated_command_prints_same(command: tuple[str, ...]) -> None:
+def test_isolated_command_prints_same_output(command: tuple[str, ...]) -> None:
     alone, isolated = fcu(*command), fcu(*command, "--isolate")
 
     assert (isolated.returncode, isolated.stdout) == (alone.returncode, alone.stdout)
@@ -293,7 +293,7 @@ def test_exceeded_worker_limit_is_not_verdict(command: tuple[str, ...], words: W
     words(command[0], done.stderr)
 
 
-def test_live_board_may_be_in_worker() -> None:
+def test_live_board_may_run_in_worker() -> None:
     done = fcu("web", "--isolate", "--scenario", "iron", "--duration", "100ms")
 
     assert done.returncode == PASSED, done.stderr

@@ -55,7 +55,7 @@ def rubric(tmp_path: Path) -> Rubric:
     return load_rubric(path)
 
 
-def test_shown_run_can_be_repeated_by_hand(rubric: Rubric, tmp_path: Path) -> None:
+def test_replay_file_of_evidence_repeats_run(rubric: Rubric, tmp_path: Path) -> None:
     verdict = judge("lab3", rubric, seed=3)
     (evidence,), (shown,) = verdict.evidence, verdict.for_student(after_due_date=True).evidence
     (tmp_path / "again.toml").write_text(evidence.replay, encoding="utf-8")
@@ -86,7 +86,7 @@ def test_verdict_round_trips_through_json(rubric: Rubric) -> None:
     assert judge("lab3", rubric, seed=2).to_json() != verdict.to_json()
 
 
-def test_evidence_has_terminal_and_printed_against_truth(rubric: Rubric) -> None:
+def test_evidence_has_terminal_and_printed_values_with_truth(rubric: Rubric) -> None:
     (run,) = judge("lab3", rubric, seed=1).evidence_of("1")
     pitch = next(series for series in run.series if series.name == "Pitch")
 
@@ -107,7 +107,7 @@ def test_student_sees_only_what_rubric_allows(rubric: Rubric) -> None:
     assert all(run.series == () for run in after.evidence)
 
 
-def test_changed_rubric_text_needs_no_run(rubric: Rubric, tmp_path: Path) -> None:
+def test_changed_rubric_text_needs_no_new_run(rubric: Rubric, tmp_path: Path) -> None:
     verdict = judge("lab3", rubric, seed=1)
     rubric.path.write_text(RUBRIC.replace("Which axis?", "Which sign?"), encoding="utf-8")
     changed = load_rubric(rubric.path)
@@ -115,7 +115,7 @@ def test_changed_rubric_text_needs_no_run(rubric: Rubric, tmp_path: Path) -> Non
     assert reworded(verdict, changed) == judge("lab3", changed, seed=1)
 
 
-def test_progress_comes_to_end_of_all_runs(rubric: Rubric) -> None:
+def test_progress_reaches_end_of_all_runs(rubric: Rubric) -> None:
     seen: list[JudgeProgress] = []
     judge("lab3", rubric, seed=1, progress=seen.append)
 
@@ -123,7 +123,7 @@ def test_progress_comes_to_end_of_all_runs(rubric: Rubric) -> None:
     assert {one.total_s for one in seen} == {3.0}
 
 
-def test_unknown_exercise_is_named(rubric: Rubric) -> None:
+def test_unknown_exercise_is_reported(rubric: Rubric) -> None:
     with pytest.raises(InputError, match="unknown exercise '7'; the rubric mine has 1"):
         judge("lab3", rubric, seed=1, exercises=["7"])
 
@@ -174,7 +174,7 @@ def judged_by(folder: Path, text: str, firmware: str, exercises: list[str] | Non
     return judge(firmware, load_rubric(folder / "needy.toml"), seed=1, exercises=exercises)
 
 
-def test_check_earns_nothing_without_its_prerequisites(tmp_path: Path) -> None:
+def test_check_gets_no_points_without_its_prerequisites(tmp_path: Path) -> None:
     verdict = judged_by(tmp_path, NEEDY, "template")
     _, runs, after = verdict.checks
 
@@ -187,7 +187,7 @@ def test_check_earns_nothing_without_its_prerequisites(tmp_path: Path) -> None:
     assert verdict.points == 0
 
 
-def test_new_prerequisite_title_needs_no_run(tmp_path: Path) -> None:
+def test_new_prerequisite_title_needs_no_new_run(tmp_path: Path) -> None:
     verdict = judged_by(tmp_path, NEEDY, "template")
     renamed = NEEDY.replace('title = "the pitch is printed"', 'title = "the pitch comes"')
     (tmp_path / "needy.toml").write_text(renamed, encoding="utf-8")
@@ -203,7 +203,7 @@ def test_title_of_hidden_prerequisite_is_not_shown(tmp_path: Path, key: str, tol
     assert ("the pitch is printed" in runs.actual) is told
 
 
-def test_hint_of_one_text_is_not_about_prerequisites(tmp_path: Path) -> None:
+def test_single_hint_is_not_shown_for_failed_prerequisite(tmp_path: Path) -> None:
     table = '[exercise.check.hint]\n"prerequisite" = "Print the pitch first."\n'
     verdict = judged_by(tmp_path, NEEDY.replace(table, 'hint = "It crashes."\n'), "template")
 
@@ -238,7 +238,7 @@ def test_general_hint_applies_to_more_specific_findings(
     assert (led.finding, led.fault, led.hint) == ("never lit", "wrong value", shown)
 
 
-def test_check_counts_once_its_prerequisites_pass(tmp_path: Path) -> None:
+def test_check_gets_points_when_its_prerequisites_pass(tmp_path: Path) -> None:
     verdict = judged_by(tmp_path, NEEDY, "lab3")
 
     assert (verdict.points, verdict.max_points) == (4, 4)
@@ -246,14 +246,14 @@ def test_check_counts_once_its_prerequisites_pass(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("firmware", "points"), [("template", 0), ("lab3", 3)])
-def test_exercise_alone_is_judged_with_its_prerequisites(tmp_path: Path, firmware: str, points: int) -> None:
+def test_single_exercise_is_judged_with_its_prerequisites(tmp_path: Path, firmware: str, points: int) -> None:
     verdict = judged_by(tmp_path, NEEDY, firmware, ["2"])
 
     assert [one.check for one in verdict.checks] == ["2.runs", "2.after"]
     assert verdict.points == points
 
 
-def test_hidden_prerequisite_is_not_named_to_students(tmp_path: Path) -> None:
+def test_hidden_prerequisite_is_not_shown_to_students(tmp_path: Path) -> None:
     shown = judged_by(tmp_path, NEEDY.replace('"always"', '"never"'), "template").for_student()
 
     assert shown.hidden_checks == 1
@@ -288,7 +288,7 @@ expect = [{ kind = "led_follows", led = "led1", angle = "pitch" }]
 """
 
 
-def test_evidence_has_leds_beside_their_conditions(tmp_path: Path) -> None:
+def test_evidence_shows_leds_with_their_conditions(tmp_path: Path) -> None:
     (evidence,) = judged_by(tmp_path, FOLLOWING.replace("DETAIL", ""), "lab3").evidence
     (led,) = evidence.following
 

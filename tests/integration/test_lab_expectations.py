@@ -68,7 +68,7 @@ def faults(result: Result) -> list[tuple[str, str]]:
     return [(one.key, one.reason) for one in result.findings]
 
 
-def test_right_program_meets_conditions_at_every_seed(tmp_path: Path) -> None:
+def test_correct_program_meets_conditions_with_every_seed(tmp_path: Path) -> None:
     for seed in range(3):
         text = IDEAL.replace("schema = 1", f"schema = 1\nseed = {seed}") + THRESHOLD + ALARM + LED + LED_LINE
         result = played(tmp_path, text, program())
@@ -97,7 +97,7 @@ def test_wrong_condition_is_found_at_threshold(tmp_path: Path, name: str) -> Non
 
 
 @pytest.mark.parametrize("text", ["ALARM!", "alarm", "Alarm on"])
-def test_line_that_is_nearly_right_has_wrong_format(tmp_path: Path, text: str) -> None:
+def test_nearly_correct_line_has_wrong_format(tmp_path: Path, text: str) -> None:
     nearly = program(said=lambda one: text * (abs(one.roll) > 45))
 
     assert faults(played(tmp_path, IDEAL + THRESHOLD + ALARM, nearly)) == [("expect[0]", "wrong format")]
@@ -106,7 +106,7 @@ def test_line_that_is_nearly_right_has_wrong_format(tmp_path: Path, text: str) -
 PASSING = '[[timeline]]\ndo = "rotate_to"\nroll_deg = 60\nat = "2s"\nfor = "1s"\n'
 
 
-def test_findings_give_angle_of_their_moment(tmp_path: Path) -> None:
+def test_findings_state_angle_at_their_time(tmp_path: Path) -> None:
     """With the threshold 40, the program is in a motion from 0 to 60 degrees."""
     low = program(
         lit=lambda one: abs(one.roll) > 40, said=lambda one: "ALARM" * (abs(one.roll) > 40), every_ms=3
@@ -122,8 +122,8 @@ def test_findings_give_angle_of_their_moment(tmp_path: Path) -> None:
         assert roll == pytest.approx(true, abs=0.15)
 
 
-def test_threshold_is_named_if_it_is_proven_wrong(tmp_path: Path) -> None:
-    """A motion from 0 to 60 degrees proves that 30 is wrong. This is more than a range from 0 to 60 says."""
+def test_wrong_threshold_is_reported_if_it_is_proven(tmp_path: Path) -> None:
+    """A motion from 0 to 60 degrees proves that the threshold 30 is wrong: the finding has a range around 30."""
     text = IDEAL.replace("schema = 1", 'schema = 1\nduration = "5s"') + PASSING + LED
     (wrong,) = played(tmp_path, text, program(lit=lambda one: abs(one.roll) > 30)).findings
     low, high = map(float, re.findall(r"between ([0-9.]+) and ([0-9.]+)", wrong.seen)[0])
@@ -144,9 +144,7 @@ LOW = 'when = { quantity = "Pre", below = 950, margin = 0.5 }\n'
 @pytest.mark.parametrize(
     ("limit", "found"), [(950, []), (960, ["threshold", "threshold"]), (942, ["threshold", "threshold"])]
 )
-def test_threshold_below_which_something_is_due_is_named(
-    tmp_path: Path, limit: int, found: list[str]
-) -> None:
+def test_wrong_threshold_of_below_condition_is_found(tmp_path: Path, limit: int, found: list[str]) -> None:
     text = IDEAL.replace("schema = 1", 'schema = 1\nduration = "14s"') + FALLING
     text += f'[[expect]]\nkind = "led_follows"\nled = "led1"\n{LOW}'
     text += f'[[expect]]\nkind = "line_follows"\ntext = "ALARM"\nmax_gap = "1.1s"\n{LOW}'
@@ -156,14 +154,14 @@ def test_threshold_below_which_something_is_due_is_named(
 
 
 @pytest.mark.parametrize(("limit", "found"), [(40, {"led_follows"}), (50, set()), (59, set())])
-def test_motion_past_threshold_shows_early_led_only(tmp_path: Path, limit: int, found: set[str]) -> None:
+def test_motion_through_threshold_reveals_only_early_led(tmp_path: Path, limit: int, found: set[str]) -> None:
     text = IDEAL.replace("schema = 1", 'schema = 1\nduration = "5s"') + PASSING + ALARM + LED
     wrong = program(lit=lambda one: abs(one.roll) > limit, said=lambda one: "ALARM" * (abs(one.roll) > limit))
 
     assert {one.kind for one in played(tmp_path, text, wrong).findings} == found
 
 
-def test_line_printed_once_is_missing_later(tmp_path: Path) -> None:
+def test_line_that_is_not_repeated_is_missing(tmp_path: Path) -> None:
     once = program(said=lambda one: "ALARM" * (abs(one.roll) > 45 and one.prints == 0))
 
     assert faults(played(tmp_path, IDEAL + THRESHOLD + ALARM, once)) == [("expect[0]", "missing")]
@@ -179,7 +177,7 @@ def test_line_not_following_led_is_found(tmp_path: Path) -> None:
     ("condition", "holds"),
     [('quantity = "Altitude", above = 3', True), ('quantity = "Altitude", below = 3', False)],
 )
-def test_line_follows_any_quantity(tmp_path: Path, condition: str, holds: bool) -> None:
+def test_line_condition_may_use_any_quantity(tmp_path: Path, condition: str, holds: bool) -> None:
     moved = IDEAL + '[[threshold]]\nquantity = "Altitude"\nvalue = 3\nmargin = 1\n'
     line = '[[expect]]\nkind = "line_follows"\npattern = "^HIGH"\nmax_gap = "2s"\n'
     line += f"when = {{ {condition} }}\n"
@@ -192,7 +190,7 @@ def test_line_follows_any_quantity(tmp_path: Path, condition: str, holds: bool) 
 # -- Thresholds ---------------------------------------------------------------------------------------------
 
 
-def test_threshold_rests_on_both_sides_of_both_signs(tmp_path: Path) -> None:
+def test_threshold_gives_positions_on_both_sides_and_signs(tmp_path: Path) -> None:
     board = Board(program(), scenario=write(tmp_path, IDEAL + THRESHOLD), seed=3)
     board.run_for(1)
     assert board.scenario is not None
@@ -202,7 +200,7 @@ def test_threshold_rests_on_both_sides_of_both_signs(tmp_path: Path) -> None:
     assert board.scenario.duration_s == 2 + 6 * 3.5
 
 
-def test_order_of_rests_is_drawn_from_seed(tmp_path: Path) -> None:
+def test_seed_determines_order_of_positions(tmp_path: Path) -> None:
     def order(seed: int) -> tuple[float, ...]:
         scenario = Board(program(), scenario=write(tmp_path, IDEAL + THRESHOLD), seed=seed).scenario
         assert scenario is not None
@@ -212,7 +210,7 @@ def test_order_of_rests_is_drawn_from_seed(tmp_path: Path) -> None:
     assert len({order(seed) for seed in range(8)}) > 3
 
 
-def test_threshold_may_be_drawn(tmp_path: Path) -> None:
+def test_threshold_may_be_random(tmp_path: Path) -> None:
     text = IDEAL + THRESHOLD.replace("margin = 1", "margin = { uniform = [0.6, 2] }") + ALARM
     assert played(tmp_path, text, program()).passed
 
@@ -263,7 +261,7 @@ def number(format_key: str, rest: str = 'truth = "roll", scale = 100, tolerance 
         (lambda one: f"r {one.roll * 100:+.0f}", 'format = "r %+d"', None),
     ],
 )  # fmt: skip
-def test_number_in_own_format_is_compared_with_truth(
+def test_number_in_custom_format_is_compared_with_truth(
     tmp_path: Path, line: Callable[[Tilt], str], format_key: str, kind: str | None
 ) -> None:
     result = played(tmp_path, number(format_key), program(said=line))
@@ -273,7 +271,7 @@ def test_number_in_own_format_is_compared_with_truth(
 
 
 @pytest.mark.parametrize("kind", ["printed", "within"])
-def test_own_format_serves_every_kind_about_numbers(tmp_path: Path, kind: str) -> None:
+def test_custom_format_works_for_every_number_expectation(tmp_path: Path, kind: str) -> None:
     keys = {
         "printed": 'max_gap = "1.2s", from = "1.5s"',
         "within": "min = 2900, max = 3100, from = '1.5s'",

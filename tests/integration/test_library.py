@@ -98,7 +98,7 @@ def test_only_chip_firmware_needs_library(clone: Path, words: Words) -> None:
     assert "LAB3 Init..." in python.stdout
 
 
-def test_build_command_builds_library_once(clone: Path) -> None:
+def test_build_command_builds_library_exactly_once(clone: Path) -> None:
     file = clone / NATIVE / native.library_name()
     first, second = (run(clone, BUILD) for _ in range(2))
     built_with = native.built_from(file)[1]

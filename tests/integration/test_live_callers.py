@@ -54,7 +54,7 @@ def said() -> list[str]:
 def pages(
     said: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> Iterator[PageServer]:
-    """Yield a server. At its end, all output must consist of lines, and nothing else was printed."""
+    """Yield a server. At the end, check that it has logged few short lines, and has printed nothing else."""
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     monkeypatch.setenv("LOCALAPPDATA", str(tmp_path))
     one = PageServer(0, said.append)
@@ -92,7 +92,7 @@ def host(pages: PageServer) -> bytes:
 @pytest.mark.parametrize(
     "target", [b"//[x", b"http://[", b"/\x1b[2J", b"*", b"/%00", b"//", b"/" * 8000, b"?", b"#"]
 )
-def test_odd_target_is_not_found_and_needs_host(pages: PageServer, said: list[str], target: bytes) -> None:
+def test_odd_target_gets_404_and_403_without_host(pages: PageServer, said: list[str], target: bytes) -> None:
     assert status(pages, b"GET " + target + b" HTTP/1.1\r\n" + host(pages) + b"\r\n") == 404
     assert status(pages, b"GET " + target + b" HTTP/1.1\r\n\r\n") == 403
     assert said == []
@@ -124,7 +124,7 @@ def test_odd_target_is_not_found_and_needs_host(pages: PageServer, said: list[st
         ),
     ],
 )
-def test_wrong_request_gets_its_status(
+def test_wrong_request_gets_matching_http_status(
     pages: PageServer, first: bytes, headers: bytes, expected: int
 ) -> None:
     headers = headers.replace(b"{token}", pages.address.protocols[1].encode())
@@ -148,7 +148,7 @@ def test_wrong_request_gets_its_status(
         b"",
     ],
 )
-def test_noise_is_disconnected(pages: PageServer, said: list[str], data: bytes) -> None:
+def test_client_that_sends_noise_is_disconnected(pages: PageServer, said: list[str], data: bytes) -> None:
     assert answer(pages, data, whole=data.endswith(b"\n")) == b""
     assert said == []
 
@@ -163,7 +163,7 @@ def test_unfinished_request_is_ended(monkeypatch: pytest.MonkeyPatch, data: byte
         pages.close()
 
 
-def test_many_callers_are_bounded(pages: PageServer) -> None:
+def test_number_of_callers_is_limited(pages: PageServer) -> None:
     with ExitStack() as stack:
         for _ in range(5 * server._MOST_CALLERS):
             client = stack.enter_context(socket.create_connection((HOST, pages.address.port), PATIENCE_S))
@@ -177,14 +177,14 @@ def test_many_callers_are_bounded(pages: PageServer) -> None:
         pages.close()  # without waiting until each of them has had its time
 
 
-def test_refused_callers_print_bounded_lines(pages: PageServer, said: list[str]) -> None:
+def test_refused_callers_print_limited_number_of_lines(pages: PageServer, said: list[str]) -> None:
     for _ in range(50):
         assert status(pages, b"GET /session HTTP/1.1\r\n" + host(pages) + b"\r\n") == 403
     assert 0 < len(said) <= BURST
 
 
 @pytest.mark.parametrize("error", [MemoryError(), KeyError("\x1b[31m\n"), OSError(24, "Too many open files")])
-def test_failure_of_server_is_one_line(
+def test_failure_of_server_prints_one_line(
     pages: PageServer, said: list[str], monkeypatch: pytest.MonkeyPatch, error: Exception
 ) -> None:
     def fail(*_arguments: object) -> None:
@@ -195,7 +195,7 @@ def test_failure_of_server_is_one_line(
     assert len(said) == 1
 
 
-def test_failure_of_library_is_one_line(pages: PageServer, said: list[str]) -> None:
+def test_failure_of_library_prints_one_line(pages: PageServer, said: list[str]) -> None:
     assert isinstance(pages.controls, IdleSession)
 
     def fail(client: object) -> None:

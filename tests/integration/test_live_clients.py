@@ -1,4 +1,4 @@
-"""Clients of a live session: the past for a later client, variables, failures and judgements."""
+"""Clients of a live session: past data for a later client, variables, failures and judgements."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def state(t_s: float, **variables: float) -> messages.State:
 # -- the past -----------------------------------------------------------------------------------------------
 
 
-def test_later_client_gets_past() -> None:
+def test_later_client_gets_past_data() -> None:
     later = object()
     script = [(0.5, do(do="set_attitude", roll_deg=40))]
 
@@ -49,7 +49,7 @@ def test_later_client_gets_past() -> None:
     assert past.prints
 
 
-def test_past_is_kept_without_client() -> None:
+def test_past_data_are_stored_without_client() -> None:
     page = Page(Setup("solution", ideal=True), end_s=3.0)
 
     def follow(event: SessionEvent) -> None:
@@ -64,14 +64,14 @@ def test_past_is_kept_without_client() -> None:
     assert max(after - before for before, after in itertools.pairwise(times)) < 0.2
 
 
-def test_reset_forgets_past() -> None:
+def test_reset_discards_past_data() -> None:
     page = Page(Setup("solution", ideal=True), [(1.5, messages.Reset())], end_s=2.0)
     page.run()
     last = page.of(messages.PastEvent)[-1]
     assert (last.run, last.states) == (2, [])
 
 
-def test_past_is_bounded() -> None:
+def test_size_of_past_data_is_limited() -> None:
     past = Past(1)
     for number in range(3 * MOST_STATES):
         past.add_state(state(0.1 * number), wall_s=0.1 * number)
@@ -85,7 +85,7 @@ def test_past_is_bounded() -> None:
 @pytest.mark.parametrize(
     ("virtual_s", "wall_s", "kept"), [(0.02, 0.02, 12), (2.0, 0.02, 60), (2e-4, 0.02, 12)]
 )
-def test_past_is_thinned_at_each_speed(virtual_s: float, wall_s: float, kept: int) -> None:
+def test_past_data_are_thinned_at_each_speed(virtual_s: float, wall_s: float, kept: int) -> None:
     past = Past(1)
     for number in range(60):
         past.add_state(state(virtual_s * number), wall_s=wall_s * number)
@@ -104,7 +104,7 @@ def watched(*names: str) -> Page:
 
 
 @pytest.mark.parametrize("name", ["no_such_variable", "pitch.AXIS_X", "acc.AXIS_Q", "acc[0]", "", "main"])
-def test_unknown_variable_is_refused_alone(name: str) -> None:
+def test_only_unknown_variable_is_refused(name: str) -> None:
     page = watched("pitch", name, "acc")
     assert page.of(messages.Unknown) == [messages.Unknown([name])]
     (notice,) = page.of(messages.Notice)
@@ -204,7 +204,7 @@ def test_exercise_is_checked_while_session_runs() -> None:
     assert exercises.closed
 
 
-def test_new_firmware_outdates_result() -> None:
+def test_new_firmware_makes_result_outdated() -> None:
     script = [(0.2, messages.CheckCommand("1")), (1.3, messages.FirmwareCommand("lab3"))]
     page, _ = checked_page(script, 1.5)
     assert [(one.state, one.outdated) for one in page.of(Checked)][-1] == ("done", True)
@@ -218,7 +218,7 @@ def test_problem_found_by_check_belongs_to_its_firmware() -> None:
     assert shown[-1] == []
 
 
-def test_impossible_check_is_notice() -> None:
+def test_impossible_check_causes_notice() -> None:
     page, exercises = checked_page([(0.2, messages.CheckCommand("7"))], 0.5)
     assert exercises.started == []
     assert [one.kind for one in page.of(messages.Notice)] == ["error"]

@@ -124,7 +124,7 @@ class Debugger:
         return read
 
 
-def test_moved_board_is_recorded(board: Live, capsys: pytest.CaptureFixture[str]) -> None:
+def test_motion_from_another_terminal_is_recorded(board: Live, capsys: pytest.CaptureFixture[str]) -> None:
     move(MoveOptions(roll=30.0))
     assert "mine.elf: moves from roll" in capsys.readouterr().out
     board.close()
@@ -158,7 +158,7 @@ def test_unknown_control_message_gets_one_line_error(board: Live, words: Words) 
     assert far["text"] == ""
 
 
-def test_page_stays_alive_under_debugger(debugged: Live, words: Words) -> None:
+def test_page_stays_connected_under_debugger(debugged: Live, words: Words) -> None:
     session = debugged.session
     debugged.until_state("running")
     with closing(Debugger(session)) as gdb:
@@ -206,7 +206,7 @@ def test_python_firmware_cannot_be_debugged() -> None:
     assert refused.value.kind == "no_chip"
 
 
-def test_with_halt_firmware_waits_for_debugger(words: Words) -> None:
+def test_with_halt_option_firmware_waits_for_debugger(words: Words) -> None:
     one = Live(Setup("solution", gdb=0, halt=True))
     try:
         one.until_state("halted")

@@ -69,7 +69,7 @@ def errors(page: Page) -> list[str]:
         (LiveSession, "_step", messages.StepCommand("tick")),
     ],
 )
-def test_command_that_fails_is_notice(
+def test_failed_command_causes_notice(
     monkeypatch: pytest.MonkeyPatch, error: Exception, where: Any, name: str, command: PageCommand
 ) -> None:
     page = Page(Setup("lab3"), [(0.02, command)], end_s=0.1)
@@ -91,7 +91,7 @@ def test_upload_that_cannot_be_written_leaves_no_folder(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_upload_after_one_that_failed_is_run(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_upload_after_failed_upload_is_run(monkeypatch: pytest.MonkeyPatch) -> None:
     broken = messages.Upload("broken.elf", "")
     page = Page(Setup("lab3"), [(0.02, broken), (0.04, UPLOAD), (0.06, do(do="tap"))], end_s=0.1)
     session = page.run()
@@ -101,7 +101,7 @@ def test_upload_after_one_that_failed_is_run(monkeypatch: pytest.MonkeyPatch) ->
 
 
 @pytest.mark.parametrize("error", FAILURES, ids=lambda error: type(error).__name__)
-def test_failing_view_and_link_keep_session(error: Exception) -> None:
+def test_failing_view_or_link_does_not_end_session(error: Exception) -> None:
     link = MemoryLink()
     page = Page(Setup("lab3"), end_s=1e9, links=[link])
     link.send = failing(error)  # type: ignore[method-assign]
@@ -146,7 +146,9 @@ def test_recording_on_full_disk_refuses_reset(tmp_path: Path, monkeypatch: pytes
     assert not record.exists()
 
 
-def test_end_removes_upload_although_recording_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_session_end_removes_upload_although_recording_fails(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     page = Page(Setup("lab3"), [(0.02, UPLOAD)], end_s=0.1, record=tmp_path / "no" / "session.toml")
     monkeypatch.setattr("fcu_emulator.emulator.live.recording.write_atomically", failing(OutputError("full")))
@@ -226,7 +228,7 @@ def test_largest_firmware_can_be_uploaded() -> None:
     assert len(command.content()) == LARGEST_FIRMWARE
 
 
-def test_names_of_uploads_send_nothing_to_page() -> None:
+def test_names_of_uploads_are_made_printable_for_page() -> None:
     name = "\x1b]0;x\x07\u202egnp.elf"
     page = Page(Setup("lab3"), [(0.02, messages.Upload(name, FIRMWARE)), (0.04, do(do="tap"))], end_s=0.1)
     page.run()

@@ -89,7 +89,7 @@ def status(pages: PageServer, host: str, at: str) -> int:
     return connection.getresponse().status
 
 
-def test_server_listens_on_named_address_only(other: PageServer) -> None:
+def test_server_listens_only_on_given_address(other: PageServer) -> None:
     port = other.address.port
     assert other.url.startswith(f"http://{OTHER}:{port}/")
     assert other.address.socket.startswith(f"ws://{OTHER}:{port}/")
@@ -105,18 +105,18 @@ def test_other_host_names_are_refused(other: PageServer) -> None:
 
 
 @pytest.mark.parametrize("bad", ["", "0.0.0.0", "::", "mylaptop", "192.168.1", "224.0.0.1", "fe80::1"])
-def test_listen_must_be_one_address(bad: str) -> None:
+def test_listen_option_must_be_one_address(bad: str) -> None:
     with pytest.raises(InputError, match="--listen ") as refused:
         PageServer(listen=bad)
     assert refused.value.kind == "address"
 
 
-def test_address_of_another_machine_cannot_be_listened_on() -> None:
+def test_listening_on_address_of_another_machine_is_refused() -> None:
     with pytest.raises(LinkError, match=NOT_HERE):
         PageServer(listen=NOT_HERE)
 
 
-def test_warning_if_other_machines_reach_page() -> None:
+def test_warning_appears_if_other_machines_reach_page() -> None:
     assert listening.warning("127.0.0.1") == listening.warning(OTHER) == listening.warning("::1") == ""
     assert "\n" not in listening.warning("192.168.1.20")
     assert "192.168.1.20" in listening.warning("192.168.1.20")

@@ -137,7 +137,7 @@ def test_dragging_turns_board_and_lights_led(browser: Browser, served: Served) -
     until(page, "Number(document.querySelector('#num-attitude-pitch').textContent) === 85")
 
 
-def test_magnet_is_held_dragged_and_removed(browser: Browser, served: Served) -> None:
+def test_magnet_can_be_held_and_dragged_and_removed(browser: Browser, served: Served) -> None:
     page = browser.open(served, in_space=True)
     field = "Number(document.querySelector('#num-mag-{}').textContent)"
     until(page, f"{field.format('x')} === 215 && {field.format('y')} === 0")
@@ -163,7 +163,7 @@ def test_magnet_is_held_dragged_and_removed(browser: Browser, served: Served) ->
     assert page.text_content("#magnet-place") == ""
 
 
-def test_without_webgl_there_is_horizon(browser: Browser, served: Served) -> None:
+def test_page_without_webgl_shows_horizon(browser: Browser, served: Served) -> None:
     page = browser.open(served)
     assert page.evaluate("document.querySelector('.board-view').getContext('2d') !== null")
 
@@ -213,7 +213,7 @@ def test_typed_text_is_echoed_bytewise(browser: Browser) -> None:
         served.close()
 
 
-def test_plot_shows_truth_and_prints(browser: Browser, served: Served) -> None:
+def test_plot_shows_truth_and_printed_values(browser: Browser, served: Served) -> None:
     page = browser.open(served)
     page.fill("#slide-pitch", "40")
     until(page, "document.querySelector('#num-attitude-pitch').textContent === '40.0'")
@@ -239,7 +239,7 @@ def test_plot_shows_truth_and_prints(browser: Browser, served: Served) -> None:
     assert Path(picture.value.path()).read_bytes().startswith(b"\x89PNG")
 
 
-def test_firmware_is_dropped_and_file_is_followed(browser: Browser, tmp_path: Path) -> None:
+def test_dropped_firmware_runs_and_changed_file_is_reloaded(browser: Browser, tmp_path: Path) -> None:
     program = tmp_path / "mine.elf"
     program.write_bytes(prebuilt("template", "I2C2").read_bytes())
     served = Served(Setup(str(program)))
@@ -272,7 +272,7 @@ def test_scenario_verdict_is_shown(browser: Browser, served: Served) -> None:
     assert (page.text_content("#verdict-count") or "").startswith("1 of 1 expectation")
 
 
-def test_page_of_scenario_opens_at_its_question(browser: Browser) -> None:
+def test_page_with_scenario_first_shows_question(browser: Browser) -> None:
     served = Served(Setup("lab3", "led_x"))
     try:
         page = browser.open(served)
@@ -292,7 +292,7 @@ def test_register_menu_stays_in_its_pane(browser: Browser, served: Served) -> No
     assert menu <= page.eval_on_selector(".registers", "one => one.getBoundingClientRect().right")
 
 
-def test_pause_and_step(browser: Browser, served: Served) -> None:
+def test_board_pauses_and_steps(browser: Browser, served: Served) -> None:
     page = browser.open(served)
     page.click("#runner")
     until(
@@ -317,7 +317,7 @@ def test_registers_and_bus_are_decoded(browser: Browser, served: Served) -> None
     assert "mg" in page.text_content(".bus-table")
 
 
-def test_blocks_of_chip_and_pins_are_shown(browser: Browser, served: Served) -> None:
+def test_chip_peripherals_and_pins_are_shown(browser: Browser, served: Served) -> None:
     page = browser.open(served)
     page.click("#tab-registers")
     page.select_option("#peripheral", "TIM9")
@@ -405,7 +405,7 @@ def test_page_fits_phone(width: int, browser: Browser, served: Served) -> None:
         assert page.evaluate("document.documentElement.scrollWidth") == width, pane
 
 
-def test_address_loses_its_token_and_reload_keeps_it(browser: Browser, served: Served) -> None:
+def test_token_leaves_address_but_survives_reload(browser: Browser, served: Served) -> None:
     page = browser.open(served)
     assert "token" not in page.url
     page.reload()

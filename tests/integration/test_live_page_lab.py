@@ -84,7 +84,7 @@ def test_tour_is_shown_on_first_visit_only(browser: live.Browser, lab: live.Serv
     assert page.is_hidden("#tour")
 
 
-def test_question_mark_lists_keys(browser: live.Browser, lab: live.Served) -> None:
+def test_question_mark_key_shows_shortcuts(browser: live.Browser, lab: live.Served) -> None:
     page = browser.open(lab)
     page.keyboard.press("?")
     assert page.is_visible("#keys")
@@ -109,7 +109,7 @@ def test_scenarios_are_listed_with_their_questions(browser: live.Browser, lab: l
     assert page.is_hidden("#scenarios")
 
 
-def test_gestures_have_words_of_scenarios(browser: live.Browser, served: live.Served) -> None:
+def test_gestures_have_same_names_as_in_scenarios(browser: live.Browser, served: live.Served) -> None:
     page = browser.open(served)
     words = page.eval_on_selector_all("[data-gesture]", "all => all.map(one => one.dataset.gesture)")
     assert words == [one["word"] for one in gestures.buttons()]
@@ -129,7 +129,7 @@ def test_gestures_have_words_of_scenarios(browser: live.Browser, served: live.Se
         ("poll_without_clock", "poll_without_clock.c"),
     ],
 )
-def test_crash_or_hang_is_seen_at_once(program: str, place: str, browser: live.Browser) -> None:
+def test_crash_or_hang_is_shown_immediately(program: str, place: str, browser: live.Browser) -> None:
     failing = live.Served(Setup(FOLDER / f"{program}.elf"))
     try:
         page = browser.open(failing)
@@ -161,7 +161,7 @@ class Dies:
         """The timer is not used."""
 
 
-def test_end_of_text_is_marked_after_it(browser: live.Browser) -> None:
+def test_stop_is_marked_after_printed_text(browser: live.Browser) -> None:
     failing = live.Served(Setup(Dies))
     try:
         page = browser.open(failing)
@@ -186,7 +186,7 @@ def columns(page: Any) -> list[dict[str, str]]:
     return [dict(zip(names, row.split(","), strict=True)) for row in rows]
 
 
-def test_reload_and_second_page_keep_past(browser: live.Browser, served: live.Served) -> None:
+def test_reload_and_second_page_show_past_data(browser: live.Browser, served: live.Served) -> None:
     page = browser.open(served)
     page.click("[data-subject=variables]")
     page.fill("[placeholder='Add a variable']", "pitch")
@@ -206,7 +206,7 @@ def test_reload_and_second_page_keep_past(browser: live.Browser, served: live.Se
     assert float(columns(other)[0]["t_s"]) < 1
 
 
-def test_firmware_keeps_its_name(browser: live.Browser) -> None:
+def test_firmware_name_is_kept_after_pause(browser: live.Browser) -> None:
     loaded = live.Served(Setup(FOLDER / "fine_quiet.elf"))
     try:
         page = browser.open(loaded)
@@ -295,7 +295,7 @@ class Compass:
         """The timer is not used."""
 
 
-def test_yaw_that_wraps_has_gaps_and_flattens_nothing(browser: live.Browser) -> None:
+def test_wrapping_yaw_has_gaps_without_flattening_other_series(browser: live.Browser) -> None:
     turning = live.Served(Setup(Compass))
     try:
         page = browser.open(turning)

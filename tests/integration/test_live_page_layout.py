@@ -1,7 +1,7 @@
-"""The page's layout and accessibility: no element exceeds any width, and axe-core has no findings.
+"""The page's layout and accessibility: no element exceeds the window at any width, and axe-core has no findings.
 
-axe-core comes from ``web/node_modules``, which ``.ci/page`` installs (``cd web && npm ci``). Without it its tests are
-skipped.
+axe-core comes from ``web/node_modules``, which ``.ci/page`` installs (``cd web && npm ci``). Without axe-core,
+its tests are skipped.
 """
 
 from __future__ import annotations
@@ -113,7 +113,7 @@ def violations(page: Any) -> list[str]:
 @pytest.mark.skipif(not AXE.exists(), reason="axe-core is not installed: cd web && npm ci")
 @pytest.mark.parametrize("width", [360, 1280])
 @pytest.mark.parametrize("theme", ["light", "dark"])
-def test_axe_finds_nothing(
+def test_axe_core_reports_no_violations(
     theme: str, width: int, browser: live.Browser, healthy: live.Served, crashed: live.Served
 ) -> None:
     found: dict[str, list[str]] = {}

@@ -92,7 +92,7 @@ def test_page_files_need_no_secret_or_cookie(live: tuple[PageServer, LiveSession
     assert get(pages, "/../server.py").status == 404
 
 
-def test_printed_address_keeps_its_token_from_servers(live: tuple[PageServer, LiveSession]) -> None:
+def test_printed_address_hides_its_token_from_servers(live: tuple[PageServer, LiveSession]) -> None:
     pages, _ = live
     parts = urlsplit(pages.url)
     assert (parts.path, parts.query, parts.fragment) == ("/", "", f"token={pages.address.token}")
@@ -156,7 +156,7 @@ def test_page_of_another_origin_gets_no_socket(live: tuple[PageServer, LiveSessi
     assert refused.value.response.status_code == 403
 
 
-def test_client_moves_board_and_sees_it(live: tuple[PageServer, LiveSession]) -> None:
+def test_client_moves_board_and_receives_new_state(live: tuple[PageServer, LiveSession]) -> None:
     pages, _ = live
     with connected(pages.address) as client:
         hello = until(client, "hello")
@@ -197,7 +197,7 @@ def test_fuzzed_messages_never_stop_board(live: tuple[PageServer, LiveSession]) 
     assert not session.stopped
 
 
-def test_huge_message_ends_its_connection_only(live: tuple[PageServer, LiveSession]) -> None:
+def test_huge_message_ends_only_its_connection(live: tuple[PageServer, LiveSession]) -> None:
     pages, _ = live
     with connected(pages.address) as client, suppress(ConnectionClosed):
         client.send("x" * (messages.LONGEST_UPLOAD + 1))
@@ -208,7 +208,7 @@ def test_huge_message_ends_its_connection_only(live: tuple[PageServer, LiveSessi
         assert until(other, "state")
 
 
-def test_backlog_of_stalled_page_is_bounded() -> None:
+def test_backlog_of_stalled_page_is_limited() -> None:
     kept = Outbox()
     for number in range(10_000):
         kept.put("state", f"s{number}")
@@ -237,7 +237,7 @@ def test_restarted_server_accepts_open_page() -> None:
     address.withdraw(pages.address)
 
 
-def test_missing_websockets_error_names_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_websockets_error_states_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "websockets.asyncio.server", None)
     with pytest.raises(InputError, match="websockets") as refused:
         PageServer()

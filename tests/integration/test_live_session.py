@@ -89,7 +89,7 @@ def test_recording_restarts_at_reset_with_current_attitude(
     assert everything(again(session, tmp_path, "solution")) == everything(session.board)
 
 
-def test_session_pauses_steps_and_continues() -> None:
+def test_session_can_pause_step_and_continue() -> None:
     steps: list[tuple[str, float, int]] = []
 
     def follow(event: SessionEvent) -> None:
@@ -196,7 +196,7 @@ def test_states_come_at_50_hz(takes_s: tuple[float, ...]) -> None:
     assert len(states) == pytest.approx(50, abs=5)
 
 
-def test_command_shows_within_5_ms_of_state() -> None:
+def test_command_result_is_shown_within_5_ms() -> None:
     """The delay was 20 ms when the session slept past the time of the next state."""
     commands = [messages.Do({"do": "set_attitude", "roll_deg": number}, number) for number in range(1, 20)]
     page = Page(Setup("lab3", ideal=True), end_s=1.0)
@@ -213,7 +213,7 @@ def test_command_shows_within_5_ms_of_state() -> None:
     assert max(shown_s) < 0.006
 
 
-def test_states_are_ordered_with_truth_and_variables() -> None:
+def test_states_are_in_order_with_truth_and_variables() -> None:
     script = [(0.0, messages.Watch(["pitch", "acc", "nothing"], "LSM6DSL", bus=True)), SCRIPT[0]]
     page = Page(Setup("solution", ideal=True), script, end_s=3)
     page.run()
@@ -238,7 +238,7 @@ def test_states_are_ordered_with_truth_and_variables() -> None:
     assert "Pitch:" in text
 
 
-def test_chip_block_is_declared_and_shown(words: Words) -> None:
+def test_chip_peripheral_is_declared_and_shown(words: Words) -> None:
     page = Page(
         Setup("solution"), [(0.0, messages.Watch([], "TIM9")), (1.2, messages.Watch([], "TIM10"))], 1.5
     )
@@ -267,7 +267,7 @@ def test_python_firmware_shows_no_chip() -> None:
 
 
 @pytest.mark.parametrize("wiring", ["lab3", "fcu001v1"])
-def test_pins_and_their_levels(wiring: str) -> None:
+def test_pins_are_sent_with_their_levels(wiring: str) -> None:
     script = [(0.0, messages.Watch(pins=True)), (0.5, do(do="set_attitude", pitch_deg=86))]
     page = Page(Setup("solution", wiring=wiring, ideal=True), script, 3.0)
     session = page.run()
@@ -288,7 +288,7 @@ def test_pins_and_their_levels(wiring: str) -> None:
         assert selects == ["PA8", "PB12", "PC13"]
 
 
-def test_watching_everything_changes_nothing() -> None:
+def test_watching_everything_does_not_change_run() -> None:
     looks = messages.Watch(["pitch"], "SCB", bus=True, pins=True)
     pages = [Page(Setup("solution", seed=5), [(0.0, watch)], 2.0) for watch in (messages.Watch(), looks)]
     one, other = (bytes(page.run().board.terminal.uart.received()) for page in pages)
@@ -318,7 +318,7 @@ def test_new_sensor_is_shown_by_its_declaration() -> None:
     assert [one["name"] for one in page.of(messages.Pins)[-1].pins][:2] == ["PA2", "PA5"]
 
 
-def test_scenario_verdicts_are_sent_while_it_plays(tmp_path: Path) -> None:
+def test_verdicts_are_sent_while_scenario_runs(tmp_path: Path) -> None:
     led = '[[expect]]\nkind = "led"\nled = "led1"\nstate = "off"\nfrom = "100ms"\nto = "{}ms"\n'
     scenario = write(tmp_path, SHORT + led.format(200) + led.format(2400))
     page = Page(Setup("lab3", str(scenario)), end_s=2.6)
@@ -371,7 +371,7 @@ def test_wrong_command_gets_one_line_without_change() -> None:
     assert session.recording.text().count("do =") == 0
 
 
-def test_file_that_changes_is_loaded_again(tmp_path: Path) -> None:
+def test_changed_file_is_loaded_again(tmp_path: Path) -> None:
     program = tmp_path / "lab3.elf"
     shutil.copy(prebuilt("template", "I2C2"), program)
 
@@ -438,7 +438,7 @@ def test_permanently_failed_firmware_ends_session() -> None:
     assert session.board.now_s < 1
 
 
-def test_unusable_firmware_is_refused_at_once(tmp_path: Path) -> None:
+def test_unusable_firmware_is_refused_immediately(tmp_path: Path) -> None:
     with pytest.raises(FcuError):
         Page(Setup(str(tmp_path / "missing.elf")))
 

@@ -1,4 +1,4 @@
-"""The way of a student with a real ``make``: a new project, the live board, an edit, and the board follows."""
+"""The steps of a student with a real ``make``: a new project, the live board, and an edit that the board loads."""
 
 from __future__ import annotations
 

@@ -75,7 +75,7 @@ def lab(tmp_path: Path) -> Path:
     ],
     ids=["script", "run", "isolated", "pytest"],
 )
-def test_students_own_files_hide_nothing(command: list[str], lab: Path) -> None:
+def test_files_of_student_do_not_hide_package(command: list[str], lab: Path) -> None:
     done = python(lab, *command)
 
     assert done.returncode == 0, done.stdout + done.stderr

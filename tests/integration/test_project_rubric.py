@@ -90,7 +90,7 @@ def test_check_in_project_uses_its_rubric(desk: Path, program: str, code: int) -
     assert fcu(desk, "check", "lab/lab3.elf").returncode == code
 
 
-def test_rubric_next_step_may_name_template_function(desk: Path) -> None:
+def test_next_step_of_rubric_may_name_function(desk: Path) -> None:
     table = 'title = "Pitch"\nnext = "Compute it in HAL_TIM_PeriodElapsedCallback(), and print it."'
     (desk / "pitch.toml").write_text(RUBRIC.replace('title = "Pitch"', table), encoding="utf-8")
     done = fcu(desk, "check", "template-arm", "--rubric", "pitch.toml")
@@ -98,21 +98,21 @@ def test_rubric_next_step_may_name_template_function(desk: Path) -> None:
     assert "\nNext\n  Compute it in HAL_TIM_PeriodElapsedCallback(), and print it.\n" in done.stdout
 
 
-def test_rubric_with_option_comes_before_projects(desk: Path) -> None:
+def test_rubric_option_precedes_rubric_of_project(desk: Path) -> None:
     fcu(desk, "new", "lab", "--rubric", "pitch.toml")
     done = fcu(desk / "lab", "check", "solution", "--rubric", "lab3", "--exercise", "2")
 
     assert done.stdout.startswith("LAB3")
 
 
-def test_new_with_unknown_rubric_makes_nothing(desk: Path) -> None:
+def test_new_with_unknown_rubric_creates_no_files(desk: Path) -> None:
     done = fcu(desk, "new", "lab", "--rubric", "ptch.toml")
 
     assert done.returncode == 2
     assert not (desk / "lab").exists()
 
 
-def test_rubric_that_names_files_elsewhere_is_not_copied(desk: Path) -> None:
+def test_rubric_with_files_elsewhere_is_not_copied(desk: Path) -> None:
     (desk / "deep").mkdir()
     (desk / "deep" / "pitch.toml").write_text(RUBRIC.replace('"motions/', '"../motions/'), encoding="utf-8")
     done = fcu(desk, "new", "lab", "--rubric", "deep/pitch.toml")
@@ -124,7 +124,7 @@ TITLE = 'Tilt */ "alarm" /* 100 %'
 
 
 @pytest.mark.parametrize("asked", [False, True])
-def test_program_of_project_names_its_lab(desk: Path, asked: bool) -> None:
+def test_project_program_shows_title_of_rubric(desk: Path, asked: bool) -> None:
     line = ', { kind = "line", text = "LAB3 Init..." }' if asked else ""
     rubric = RUBRIC.replace('"2s" }', f'"2s" }}{line}').replace('"Print the pitch"', f"'{TITLE}'")
     (desk / "pitch.toml").write_text(rubric, encoding="utf-8")
@@ -152,9 +152,7 @@ def test_program_of_project_equals_template(desk: Path) -> None:
 
 
 @pytest.mark.parametrize(("program", "passed", "code"), [("solution", 3, 0), ("template-arm", 0, 1)])
-def test_check_on_boards_counts_those_with_all_points(
-    desk: Path, program: str, passed: int, code: int
-) -> None:
+def test_check_counts_boards_with_all_points(desk: Path, program: str, passed: int, code: int) -> None:
     done = fcu(desk, "check", program, "--rubric", "pitch.toml", "--boards", "3", "--seed", "5")
 
     assert done.returncode == code, done.stderr
@@ -213,7 +211,7 @@ def test_page_beside_wrong_rubric_offers_no_exercise(desk: Path) -> None:
 
 
 @pytest.mark.parametrize("rubric", [TWO, HIDDEN], ids=["two", "one of two hidden"])
-def test_readme_and_workflow_name_project_exercises(desk: Path, rubric: str) -> None:
+def test_readme_and_workflow_list_project_exercises(desk: Path, rubric: str) -> None:
     (desk / "pitch.toml").write_text(rubric.replace("the pitch", "a | b"), encoding="utf-8")
     fcu(desk, "new", "lab", "--rubric", "pitch.toml")
     readme = (desk / "lab" / "README.md").read_text(encoding="utf-8")
@@ -229,7 +227,7 @@ def test_readme_and_workflow_name_project_exercises(desk: Path, rubric: str) -> 
     assert (workflow.name, "lab3" in steps) == ("check.yml", False)
 
 
-def test_project_without_rubric_is_of_lab3(desk: Path) -> None:
+def test_project_without_rubric_uses_lab3(desk: Path) -> None:
     fcu(desk, "new", "lab")
 
     assert (desk / "lab" / "README.md").read_text(encoding="utf-8").startswith("# LAB3")

@@ -149,7 +149,7 @@ def test_second_flush_during_setup_keeps_text(link: ByteLink, port: Path) -> Non
         assert collect(link, lambda: device.read(4096), len(BOOT)) == BOOT
 
 
-def test_short_opening_is_not_reader(link: ByteLink, port: Path) -> None:
+def test_briefly_opened_port_has_no_reader(link: ByteLink, port: Path) -> None:
     link.send(BOOT)
     with plain_file(port):
         link.send(b"")  # noticed, and gone again before anything was handed over: stty
@@ -185,7 +185,9 @@ def test_slow_reader_loses_nothing(link: ByteLink, port: Path) -> None:
     assert link.report() == []
 
 
-def test_stopped_reader_loses_oldest_beyond_16_mebibytes(link: ByteLink, port: Path, words: Words) -> None:
+def test_stopped_reader_loses_oldest_bytes_beyond_16_mebibytes(
+    link: ByteLink, port: Path, words: Words
+) -> None:
     with terminal(port) as device:
         serve(link, device)
         for _ in range(18):
@@ -196,7 +198,7 @@ def test_stopped_reader_loses_oldest_beyond_16_mebibytes(link: ByteLink, port: P
     words("run", told.replace(lost, "COUNT"))
 
 
-def test_reader_may_go_and_come_back(link: ByteLink, port: Path, words: Words) -> None:
+def test_reader_may_disconnect_and_reconnect(link: ByteLink, port: Path, words: Words) -> None:
     with terminal(port) as device:
         serve(link, device)
     link.send(b"nobody hears this")
@@ -206,7 +208,7 @@ def test_reader_may_go_and_come_back(link: ByteLink, port: Path, words: Words) -
         assert collect(link, lambda: device.read(4096), 12) == b"welcome back"
 
 
-def test_next_reader_finds_no_leftovers_or_settings(link: ByteLink, port: Path, words: Words) -> None:
+def test_next_reader_gets_no_old_bytes_or_settings(link: ByteLink, port: Path, words: Words) -> None:
     with terminal(port) as device:
         serve(link, device)
         link.send(bytes(50_000))
@@ -258,7 +260,7 @@ def test_port_reopens_after_exclusive_access(ordinary_user: Path) -> None:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the last close ends exclusive mode")
-def test_board_continues_without_new_port(ordinary_user: Path) -> None:
+def test_board_continues_when_port_cannot_be_recreated(ordinary_user: Path) -> None:
     import fcntl
     import termios
 
@@ -299,7 +301,7 @@ def test_flush_lets_reader_take_everything_before_close(
     assert link.report() == []
 
 
-def test_flush_without_reader_returns_at_once(
+def test_flush_without_reader_returns_immediately(
     link: ByteLink, port: Path, monkeypatch: pytest.MonkeyPatch, words: Words
 ) -> None:
     monkeypatch.setattr(byte_link, "STALL_S", 6 * DEADLINE_S)

@@ -43,7 +43,7 @@ def scenario(folder: Path, seed: int) -> Path:
     return file
 
 
-def test_scenarios_seed_counts_unless_another_is_given(tmp_path: Path) -> None:
+def test_scenario_seed_is_used_unless_another_is_given(tmp_path: Path) -> None:
     file = scenario(tmp_path, seed=5)
 
     assert Board(scenario=file).seed == 5
@@ -162,7 +162,7 @@ def test_closed_board_is_readable_but_does_not_run(firmware: str | None) -> None
             runs()
 
 
-def test_closing_ends_firmware_and_traces_files(tmp_path: Path) -> None:
+def test_closing_ends_firmware_and_closes_trace_files(tmp_path: Path) -> None:
     ended = []
 
     def main(hal: object) -> None:
@@ -192,7 +192,7 @@ def test_board_context_closes_after_error() -> None:
 
 
 @pytest.mark.parametrize("firmware", [None, "lab3", "solution"])
-def test_unreferenced_board_is_released_at_once(firmware: str | None) -> None:
+def test_unreferenced_board_is_released_immediately(firmware: str | None) -> None:
     board = Board(firmware, scenario="flat")
     board.run_for(0.1)
     watched = weakref.ref(board)

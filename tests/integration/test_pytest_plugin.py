@@ -189,7 +189,7 @@ def test_printed_command_repeats_test(pytester: pytest.Pytester) -> None:
     assert "It lacks: " not in printed
 
 
-def test_unrepeatable_actions_are_named(pytester: pytest.Pytester) -> None:
+def test_unrepeatable_actions_are_listed(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(
         """
         import pytest
@@ -255,7 +255,7 @@ def test_wrong_arguments_are_refused_in_one_line(pytester: pytest.Pytester) -> N
     assert "plugin.py" not in result.stdout.str()
 
 
-def test_misspelt_marker_is_one_line(pytester: pytest.Pytester, words: Words) -> None:
+def test_misspelt_marker_causes_one_line_error(pytester: pytest.Pytester, words: Words) -> None:
     marked = "@pytest.mark.board(sceanrio='desk')\ndef test_it(board):\n    pass\n"
     pytester.makepyfile(f"import pytest\n\n{marked}")
     result = pytester.runpytest_inprocess(*ARGUMENTS)
@@ -266,7 +266,7 @@ def test_misspelt_marker_is_one_line(pytester: pytest.Pytester, words: Words) ->
     assert "plugin.py" not in result.stdout.str()
 
 
-def test_command_is_for_same_board(pytester: pytest.Pytester) -> None:
+def test_printed_command_uses_same_board(pytester: pytest.Pytester) -> None:
     """On a board without noise, the text has one line for each line that a terminal shows."""
     pytester.makepyfile(
         """

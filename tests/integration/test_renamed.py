@@ -45,7 +45,7 @@ def renamed_options() -> set[tuple[str, str, str]]:
     }
 
 
-def test_table_lists_each_renamed_option_and_move() -> None:
+def test_table_lists_each_renamed_option_and_gesture() -> None:
     moves = {(old, new, "`fcu move`") for old, new in OLD_WORDS.items()}
 
     assert set(ROWS) >= renamed_options() | moves
@@ -179,7 +179,7 @@ def test_old_option_of_address_warns() -> None:
         assert port.is_open
 
 
-def test_record_of_run_has_both_names(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_record_of_run_has_old_and_new_names(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "run.json"
     execute(["run", "template", "--duration", "100ms", "--speed", "max", "--json", str(file)])
     capsys.readouterr()

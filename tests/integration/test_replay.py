@@ -35,7 +35,7 @@ def text_of(observation: Observation) -> str:
 
 
 @pytest.mark.parametrize("name", scenario_names())
-def test_firmware_on_its_samples_prints_same(name: str) -> None:
+def test_firmware_on_recorded_samples_prints_same_text(name: str) -> None:
     board = Board(firmware="lab3", scenario=name)
     original = observe(board, 5 * PS_PER_S, transfers=True)
     again = replay(board, python_firmware("lab3"))
@@ -44,7 +44,7 @@ def test_firmware_on_its_samples_prints_same(name: str) -> None:
     assert text_of(again) == text_of(original)
 
 
-def test_template_on_its_samples_prints_same() -> None:
+def test_template_on_recorded_samples_prints_same_text() -> None:
     board = Board(firmware="template", scenario="flat")
     original = observe(board, 2500 * PS_PER_MS, transfers=True)
     again = replay(board, python_firmware("template"))
@@ -53,7 +53,7 @@ def test_template_on_its_samples_prints_same() -> None:
     assert [edge.text for edge in again.sequences["LED1"]] == ["on", "off", "on"]  # set up, off, toggled
 
 
-def test_another_arithmetic_is_noticed_in_last_digit() -> None:
+def test_different_arithmetic_is_noticed_in_final_digit() -> None:
     """mu, the weight of Gx in the slides' roll, has almost no effect on a flat board."""
     board = Board(firmware="lab3", scenario="flat")
     original = observe(board, 3 * PS_PER_S, transfers=True)
@@ -84,7 +84,7 @@ def test_text_beyond_recording_is_omitted() -> None:
     ("printed", "replayed"),
     [("-0.000000", "0.000000"), ("0.000000", "-0.000000"), ("9.999999", "10.000000"), ("1", "1234.000000")],
 )
-def test_number_of_other_width_moves_no_line(printed: str, replayed: str) -> None:
+def test_width_of_number_does_not_shift_lines(printed: str, replayed: str) -> None:
     def saying(number: str) -> Callable[[VirtualHal], None]:
         def main(hal: VirtualHal) -> None:
             for _ in range(3):
@@ -151,7 +151,7 @@ def test_bus_with_faults_is_refused(tmp_path: Path) -> None:
     assert str(I2CNackError(0x1E, 0)).partition(": ")[2] in str(refused.value)
 
 
-def test_callbacks_that_read_something_else_are_refused() -> None:
+def test_callbacks_with_other_reads_are_refused() -> None:
     class OnlyGyroscope:
         def __init__(self, hal: VirtualHal) -> None:
             self._hal = hal
@@ -169,7 +169,7 @@ def test_callbacks_that_read_something_else_are_refused() -> None:
     assert refused.value.kind == "other_register"
 
 
-def test_recording_that_ended_early_is_difference() -> None:
+def test_early_end_of_recorded_firmware_is_difference() -> None:
     def main(hal: VirtualHal) -> None:
         hal.HAL_UART_Transmit(b"one\n", 1000)
         raise ZeroDivisionError

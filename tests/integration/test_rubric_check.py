@@ -117,7 +117,7 @@ def test_rubric_check_warns_of_points_given_away(tmp_path: Path, requires: str, 
     assert output.count(" of 5 ") >= 5
 
 
-def test_rubric_check_of_file_only_judges_nothing(tmp_path: Path) -> None:
+def test_rubric_check_with_file_only_runs_nothing(tmp_path: Path) -> None:
     output = checked(written(tmp_path, TILT.replace("REQUIRES", "")), "--file-only")
 
     assert "warning" not in output
@@ -135,7 +135,9 @@ def test_rubric_check_of_file_only_judges_nothing(tmp_path: Path) -> None:
         ('kind = "never", pattern = "ALARM"', None),
     ],
 )
-def test_line_that_is_asked_for_is_tried(tmp_path: Path, expectation: str, line: str | None) -> None:
+def test_printed_line_is_generated_from_expectation(
+    tmp_path: Path, expectation: str, line: str | None
+) -> None:
     rubric = load_rubric(written(tmp_path, NAMED + f"expect = [{{ {expectation} }}]\n"))
 
     assert lines_of(rubric) == ([line] if line else [])
@@ -144,21 +146,21 @@ def test_line_that_is_asked_for_is_tried(tmp_path: Path, expectation: str, line:
 # -- A scenario's own expectations --------------------------------------------------------------------------
 
 
-def test_check_without_expect_takes_those_of_its_scenario(tmp_path: Path) -> None:
+def test_check_without_expect_uses_expectations_of_scenario(tmp_path: Path) -> None:
     rubric = load_rubric(written(tmp_path, NAMED))
 
     assert [judge(name, rubric, seed=1).points for name in ("lab3", "template")] == [1, 0]
     assert rubric.uncounted == {}
 
 
-def test_uncounted_expectations_of_scenario_are_warned_of(tmp_path: Path) -> None:
+def test_uncounted_expectations_of_scenario_cause_warning(tmp_path: Path) -> None:
     file = written(tmp_path, NAMED + 'expect = [{ kind = "no_fault" }]\n')
 
     assert load_rubric(file).uncounted == {"still": 1}
     assert "warning: run still" in checked(file, "--file-only")
 
 
-def test_check_with_nothing_to_expect_is_refused(tmp_path: Path) -> None:
+def test_check_without_any_expectations_is_refused(tmp_path: Path) -> None:
     file = written(tmp_path, NAMED.replace('scenario = "still.toml"', 'duration = "2s"'))
 
     with pytest.raises(RubricError) as caught:

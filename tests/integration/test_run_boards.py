@@ -59,13 +59,13 @@ def test_boards_agree_with_single_runs(level: str, capfd: pytest.CaptureFixture[
     assert "mg" not in table.out  # nothing of the terminal
 
 
-def test_boards_begin_at_seed(level: str, capfd: pytest.CaptureFixture[str]) -> None:
+def test_boards_have_consecutive_seeds_from_given_one(level: str, capfd: pytest.CaptureFixture[str]) -> None:
     execute(["run", "template-arm", "--scenario", level, "--boards", "2", "--seed", "40"])
 
     assert list(rows(capfd.readouterr().out)) == [40, 41]
 
 
-def test_boards_with_right_program_exit_with_0(level: str, capfd: pytest.CaptureFixture[str]) -> None:
+def test_boards_with_correct_program_exit_with_0(level: str, capfd: pytest.CaptureFixture[str]) -> None:
     wide = Path(level)
     wide.write_text(LEVEL.replace("tolerance = 12", "tolerance = 200"), encoding="utf-8")
 
@@ -80,7 +80,7 @@ def test_boards_with_stopped_program_exit_with_3(level: str, capfd: pytest.Captu
     assert all("instructions" in row for row in rows(capfd.readouterr().out).values())
 
 
-def test_boards_ended_before_scenario_exit_with_4(level: str) -> None:
+def test_boards_that_end_before_scenario_exit_with_4(level: str) -> None:
     assert execute(["run", "template-arm", "--scenario", level, "--boards", "2", "--duration", "1s"]) == 4
 
 

@@ -32,7 +32,7 @@ def test_summary_has_bus_clock_and_read_time(wiring: str, bus: str) -> None:
     assert bus in summary("solution", "--wiring", wiring, "--duration", "1200ms")
 
 
-def test_line_load_is_bytes_times_ten_bits() -> None:
+def test_serial_line_load_is_bytes_times_ten_bits() -> None:
     found = re.search(
         r"USART1: (\d+) baud; (\d+) bytes, (\S+) % of the time", summary("lab3", "--duration", "2s")
     )
@@ -85,7 +85,7 @@ def test_verbose_shows_notes_of_correct_programs() -> None:
     assert USUAL in summary("lab3", "--duration", "1200ms", "--verbose")
 
 
-def test_all_uarts_shows_output_without_terminal() -> None:
+def test_all_uarts_option_shows_output_of_usart2() -> None:
     program = "tests/arm/broken/other_port.elf"
     line = "\nfcu: USART2: Hello, 21.5 \u00b0C\n"
     assert line in summary(program, "--duration", "0.05s", "--all-uarts").replace("\r", "")

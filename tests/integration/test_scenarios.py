@@ -49,7 +49,7 @@ BREAKS = {
 
 
 @pytest.mark.parametrize("name", scenario_names())
-def test_shipped_scenario_holds(name: str) -> None:
+def test_shipped_scenario_passes(name: str) -> None:
     board = Board(scenario=name)
     result = run(board)
     assert result.passed, "\n".join(result.lines)
@@ -102,7 +102,7 @@ def test_hand_scenario_passes_at_any_print_time(tmp_path: Path, later_ms: int) -
     assert result.passed, "\n".join(result.lines)
 
 
-def test_desk_prints_golden_text(tmp_path: Path) -> None:
+def test_desk_scenario_prints_golden_text(tmp_path: Path) -> None:
     """The first four seconds of the slides' terminal are compared byte by byte."""
     text = load_scenario("desk").path.read_text(encoding="utf-8")
     (tmp_path / "desk.txt").write_bytes((GOLDEN / "desk.txt").read_bytes())
@@ -111,12 +111,12 @@ def test_desk_prints_golden_text(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("pressure_raw", [4003431, 4003471])
-def test_desk_holds_for_all_pressures_of_slides(tmp_path: Path, pressure_raw: int) -> None:
+def test_desk_scenario_passes_for_all_pressures_of_slides(tmp_path: Path, pressure_raw: int) -> None:
     text = load_scenario("desk").path.read_text(encoding="utf-8")
     assert play(tmp_path, text.replace("977.405 ", f"{pressure_raw / 4096!r} ")).passed
 
 
-def test_scenario_repeats_in_any_slicing() -> None:
+def test_splitting_run_does_not_change_scenario_output() -> None:
     plan = load_scenario("flat")
     first, second = Board(scenario=plan), Board(scenario=plan)
     first.run_for(4)
@@ -133,7 +133,7 @@ def test_seed_changes_noise() -> None:
     assert texts[1].terminal.text != texts[2].terminal.text
 
 
-def test_watching_changes_nothing(tmp_path: Path) -> None:
+def test_checking_scenario_does_not_change_output_times(tmp_path: Path) -> None:
     """Each byte is on the wire at the same picosecond as without a scenario."""
     watched, alone = Board(scenario=write(tmp_path, SHORT)), Board(firmware="lab3")
     for board in (watched, alone):
@@ -163,7 +163,7 @@ def test_scenario_does_not_keep_its_board_alive() -> None:
     assert gone() is None
 
 
-def test_board_can_run_on_after_its_scenario() -> None:
+def test_board_can_continue_after_end_of_scenario() -> None:
     board = Board(scenario="desk")
     before = run(board)
     board.world.set_pressure(900)
@@ -171,7 +171,7 @@ def test_board_can_run_on_after_its_scenario() -> None:
     assert check(board) == list(before.findings) == []
 
 
-def test_unfinished_run_is_judged_so_far() -> None:
+def test_unfinished_run_is_judged_up_to_its_end() -> None:
     board = Board(scenario="desk")
     board.run_for(2)
     findings = check(board)
@@ -180,7 +180,7 @@ def test_unfinished_run_is_judged_so_far() -> None:
     assert {finding.kind for finding in findings[1:]} == {"line"}
 
 
-def test_only_board_with_this_scenario_is_judged() -> None:
+def test_check_refuses_board_of_another_scenario() -> None:
     with pytest.raises(InputError, match="no scenario"):
         check(Board())
     with pytest.raises(InputError, match=r"\bflat\b") as refused:
@@ -203,7 +203,7 @@ def test_too_much_wall_time_stops_run(tmp_path: Path) -> None:
     assert 0 < board.now_s < 1
 
 
-def test_fault_breaks_bus_for_its_time(tmp_path: Path) -> None:
+def test_fault_breaks_bus_during_its_time_window(tmp_path: Path) -> None:
     """While the magnetometer is absent, MAG keeps its old value, which each call corrects again."""
     fault = "[[timeline]]\ndo = 'inject_fault'\nkind = 'absent'\naddress = 'LIS2MDL'\nat = '1.5s'\nfor = '500ms'\n"
     board = Board(scenario=write(tmp_path, IDEAL + fault))
@@ -315,7 +315,7 @@ yaw_deg = 40
 STILL_AIR = "[board]\npressure_wander_hpa = 0\n"
 
 
-def test_places_altitude_is_floors(tmp_path: Path) -> None:
+def test_altitude_of_place_is_that_of_floor(tmp_path: Path) -> None:
     world = Board(scenario=write(tmp_path, f"{HEAD}\n[world]\n{PLACE}\n{STILL_AIR}")).world
     assert world.pressure_hpa(0)[0] == pytest.approx(World(floor_altitude_m=1650.0).pressure_hpa(0)[0])
     text = f"{HEAD}\n[world]\nfloor_altitude_m = 0\n{PLACE}\n{STILL_AIR}"

@@ -81,7 +81,7 @@ def test_burst_increments_only_with_bit_7() -> None:
     assert board.i2c1.write_read(LPS22HB_AT, b"\x0f", 2)[0] == 0xB1  # its neighbour goes on by itself
 
 
-def test_unknown_sensor_attribute_lists_known_ones() -> None:
+def test_unknown_sensor_attribute_error_lists_known_attributes() -> None:
     board = GreenhouseBoard()
     assert board.led("GREEN") is board.green
     assert board.i2c() is board.i2c("I2C1") is board.i2c1
@@ -167,7 +167,7 @@ def test_scenario_moves_board_and_judges_output(tmp_path: Path) -> None:
     assert result.passed, result.lines
 
 
-def test_scenario_breaks_bus_by_part_name(tmp_path: Path) -> None:
+def test_scenario_fault_accepts_sensor_name_as_address(tmp_path: Path) -> None:
     file = scenario(
         tmp_path,
         """
@@ -216,7 +216,7 @@ def test_scenario_for_another_board_is_refused(tmp_path: Path, text: str, key: s
     assert says in caught.value.problem
 
 
-def test_figures_of_its_parts_can_be_chosen(tmp_path: Path) -> None:
+def test_errors_of_sensor_can_be_set_in_scenario(tmp_path: Path) -> None:
     file = scenario(tmp_path, '[sensors]\nquality = "ideal"\n[sensors.htx221]\nhumidity_bias_percent = 2.5\n')
     board = GreenhouseBoard(scenario=file)
     board.world.set_humidity(40)
@@ -225,7 +225,7 @@ def test_figures_of_its_parts_can_be_chosen(tmp_path: Path) -> None:
     assert int.from_bytes(board.i2c1.write_read(HTX221_AT, b"\xa8", 2), "little") / 256 == 42.5
 
 
-def test_schema_for_editors_is_boards() -> None:
+def test_editor_schema_is_that_of_board() -> None:
     ours, labs = (json.dumps(json_schema(board)) for board in (GREENHOUSE, FCU001V1))
     assert '"enum": ["green"]' in ours
     assert '"enum": ["HTX221", "LPS22HB"]' in ours

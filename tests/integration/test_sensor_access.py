@@ -65,7 +65,7 @@ def field_name(bank: RegisterMap, address: int, bit: int) -> str:
 
 
 @every_bank
-def test_every_unmodelled_bit_is_named_when_written(name: str, select: int, bank: RegisterMap) -> None:
+def test_every_unmodelled_bit_is_reported_when_written(name: str, select: int, bank: RegisterMap) -> None:
     bench = Bench(name, select)
     for address in range(0x80):
         for bit in bits_of(bank.unmodelled[address]):
@@ -75,7 +75,7 @@ def test_every_unmodelled_bit_is_named_when_written(name: str, select: int, bank
 
 
 @every_bank
-def test_every_unmodelled_register_is_named_when_read(name: str, select: int, bank: RegisterMap) -> None:
+def test_every_unmodelled_register_is_reported_when_read(name: str, select: int, bank: RegisterMap) -> None:
     bench = Bench(name, select)
     for register in bank.registers:
         for address in range(register.addr, register.addr + register.size):
@@ -84,7 +84,7 @@ def test_every_unmodelled_register_is_named_when_read(name: str, select: int, ba
 
 
 @every_bank
-def test_every_bit_that_does_not_stick_is_named(name: str, select: int, bank: RegisterMap) -> None:
+def test_every_ignored_bit_of_write_is_reported(name: str, select: int, bank: RegisterMap) -> None:
     """Such bits are reserved, in read-only registers, or at addresses without a register."""
     bench = Bench(name, select)
     for address in range(0x80):

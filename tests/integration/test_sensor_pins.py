@@ -86,7 +86,7 @@ def test_edges_of_wired_pin_are_traced() -> None:
     assert len(recorded) == 1
 
 
-def test_level_before_wiring_is_not_edge() -> None:
+def test_level_before_wiring_is_not_reported_as_edge() -> None:
     board = Board(ideal=True)
     board.i2c2.write(LSM6DSL, b"\x0d\x01")
     board.i2c2.write(LSM6DSL, b"\x10\x40")
@@ -98,7 +98,7 @@ def test_level_before_wiring_is_not_edge() -> None:
     assert board.sensors.lsm6dsl.int1.level == 1
 
 
-def test_unwired_pin_schedules_nothing() -> None:
+def test_unwired_pin_schedules_no_events() -> None:
     board = Board(ideal=True)
     board.i2c2.write(LSM6DSL, b"\x0d\x01")
     board.i2c2.write(LSM6DSL, b"\x10\x40")
@@ -107,7 +107,7 @@ def test_unwired_pin_schedules_nothing() -> None:
     assert board.clock.next_ps > 10**6 * PS_PER_S
 
 
-def test_pins_are_in_time_while_firmware_runs() -> None:
+def test_pin_edges_come_on_time_while_firmware_runs() -> None:
     """The firmware reads the accelerometer 800 times a second, and every read lowers INT1."""
     board = Board(firmware="lab3", ideal=True)
     board.run_for(2.0)
@@ -120,7 +120,7 @@ def test_pins_are_in_time_while_firmware_runs() -> None:
     assert [level for _, level in edges[:4]] == [1, 0, 1, 0]
 
 
-def test_every_part_of_board_reports_its_pin() -> None:
+def test_every_sensor_of_board_reports_its_pin() -> None:
     """The magnetometer's data-ready, 100 Hz (LIS2MDL datasheet 8.7)."""
     board = Board(ideal=True)
     (pin,) = board.sensors.lis2mdl.pins()

@@ -20,7 +20,7 @@ def opened(url: str, **settings: object):
         yield port
 
 
-def test_board_is_port_of_pyserials() -> None:
+def test_board_is_port_of_pyserial() -> None:
     with opened("fcu://lab3?ideal=1&seed=3", timeout=2) as port:
         assert port.read_until(b"Init...").endswith(b"LAB3 Init...")
         assert port.board.seed == 3
@@ -41,7 +41,7 @@ def test_same_program_reads_same_bytes() -> None:
     assert read() == first
 
 
-def test_timeout_is_virtual_time() -> None:
+def test_timeout_uses_virtual_time() -> None:
     board = Board(firmware="lab3")
     board.run_for(1)
     port = port_of(board, timeout=0.25)
@@ -57,7 +57,7 @@ def test_read_of_silent_board_ends_at_timeout(timeout_s: float) -> None:
     assert board.now_s == pytest.approx(timeout_s, abs=1e-9)
 
 
-def test_read_ends_when_its_bytes_have_come() -> None:
+def test_read_ends_when_requested_bytes_have_arrived() -> None:
     board = Board(firmware="lab3")
     port = port_of(board, timeout=30)
     assert port.read(10) == board.terminal.text[:10].encode()
@@ -67,14 +67,14 @@ def test_read_ends_when_its_bytes_have_come() -> None:
     assert board.now_s - first_s < 0.003  # they follow at 87 us each
 
 
-def test_silent_board_without_timeout_is_error(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_silent_board_without_timeout_raises_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(protocol_fcu, "SILENCE_S", 0.1)
     port = port_of(Board(firmware=None))  # the processor is held in reset
     with pytest.raises(serial.SerialException, match=r"^1 of 1 .* 0\.1 s "):
         port.read(1)
 
 
-def test_asking_in_loop_lets_time_pass() -> None:
+def test_polling_in_loop_advances_virtual_time() -> None:
     port = port_of(Board(firmware="lab3"))
     assert any(port.in_waiting for _ in range(2000))
     assert port.read(port.in_waiting)
@@ -99,13 +99,13 @@ def test_typed_bytes_arrive_at_line_speed() -> None:
         ("fcu://?scenario=nowhere", "nowhere"),
     ],
 )
-def test_invalid_url_is_error_of_pyserial(url: str, message: str) -> None:
+def test_invalid_url_raises_error_of_pyserial(url: str, message: str) -> None:
     with pytest.raises(serial.SerialException, match=r"^fcu://") as caught:
         serial.serial_for_url(url)
     assert message in str(caught.value)
 
 
-def test_port_that_is_closed_reads_nothing() -> None:
+def test_read_of_closed_port_raises_error() -> None:
     port = port_of(Board(firmware="lab3"))
     port.close()
     with pytest.raises(serial.SerialException):

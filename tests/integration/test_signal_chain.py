@@ -17,7 +17,7 @@ def test_sensor_response_to_vibration_equals_theory(setting: Setting) -> None:
 
 
 @pytest.mark.parametrize("part", resting(), ids=lambda part: part.channel.name)
-def test_noise_averages_out_as_figures_say(part: Resting) -> None:
+def test_averaged_noise_equals_calculated_deviation(part: Resting) -> None:
     """200 means over a second give the deviation to 5 %. There are three axes, and three such series."""
     values = at_rest(part, 200)
     found = allan_deviation(values, int(part.channel.rate_hz))

@@ -22,7 +22,7 @@ def bench(*arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-def test_row_is_measured_and_kept(tmp_path: Path) -> None:
+def test_row_is_measured_and_stored(tmp_path: Path) -> None:
     file = tmp_path / "figures.json"
     done = bench("--only", "next board", "--json", str(file))
     kept = json.loads(file.read_text())
@@ -37,7 +37,7 @@ def test_row_is_measured_and_kept(tmp_path: Path) -> None:
     assert (row["at_least"], row["aim"], row["unit"], row["less_is_better"]) == (10, 3, "ms", True)
 
 
-def test_pattern_without_rows_names_those_there_are() -> None:
+def test_pattern_without_match_lists_existing_rows() -> None:
     done = bench("--only", "lab4")
 
     assert done.returncode == 2
@@ -51,7 +51,7 @@ def kept(file: Path, value: float, busy: float = 0.1, **build: str) -> None:
     history.append(BUILD | build, [{"name": "burst", "value": value, "unit": "us"}], busy, file)
 
 
-def test_history_shows_first_last_and_course(tmp_path: Path) -> None:
+def test_history_shows_first_and_latest_values_and_trend(tmp_path: Path) -> None:
     file = tmp_path / "history.jsonl"
     for value in (2.0, 1.0, 1.5):
         kept(file, value)
@@ -61,7 +61,7 @@ def test_history_shows_first_last_and_course(tmp_path: Path) -> None:
     assert row.split() == ["burst", "2", "->", "1.5", "us", "█▁▅"]
 
 
-def test_history_omits_busy_and_separates_machines(tmp_path: Path) -> None:
+def test_history_omits_busy_runs_and_separates_machines(tmp_path: Path) -> None:
     file = tmp_path / "history.jsonl"
     kept(file, 2.0)
     kept(file, 9.0, busy=1.7)

@@ -41,7 +41,7 @@ def head(clone: Path) -> str:
     return git(clone, "rev-parse", "--short", "HEAD")
 
 
-def test_clean_clone_is_named_by_its_commit(clone: Path) -> None:
+def test_clean_clone_is_identified_by_its_commit(clone: Path) -> None:
     assert build.commit(clone) == head(clone)
 
 

@@ -144,7 +144,7 @@ def test_all_byte_values_pass_both_ways(link: TcpLink) -> None:
     assert link.report() == []
 
 
-def test_much_passes_both_ways_without_loss(link: TcpLink) -> None:
+def test_large_data_are_sent_both_ways_without_loss(link: TcpLink) -> None:
     size = MIB if link.kind == "tcp" else 50_000  # pyserial's Telnet takes seconds for a mebibyte
     data = random.Random(1).randbytes(size)
     with Served(link) as board, terminal(link) as device:
@@ -187,7 +187,7 @@ def only_report(link: TcpLink, *numbers: int) -> str:
     return line
 
 
-def test_reader_may_go_and_come_back(link: TcpLink, words: Words) -> None:
+def test_reader_may_disconnect_and_reconnect(link: TcpLink, words: Words) -> None:
     with Served(link) as board:
         with terminal(link) as device:
             board.print(b"hello")
@@ -243,7 +243,7 @@ def test_bytes_of_stopped_reader_are_delivered_or_counted(raw: TcpLink, words: W
     words("run", only_report(raw, lost))
 
 
-def test_one_reader_that_stops_costs_other_nothing(raw: TcpLink) -> None:
+def test_stopped_reader_does_not_affect_other_reader(raw: TcpLink) -> None:
     data = random.Random(5).randbytes(20 * MIB)
     with connected(raw), connected(raw) as reads, Served(raw) as board:
         for start in range(0, len(data), MIB):
@@ -251,7 +251,7 @@ def test_one_reader_that_stops_costs_other_nothing(raw: TcpLink) -> None:
         assert exactly(reads, len(data)) == data
 
 
-def test_writer_faster_than_board_waits(raw: TcpLink) -> None:
+def test_writer_that_is_faster_than_board_waits(raw: TcpLink) -> None:
     with connected(raw) as connection:
         connection.setblocking(False)
         sent = 0
@@ -279,7 +279,7 @@ def test_ninth_reader_is_refused_and_reported(raw: TcpLink, words: Words) -> Non
     words("run", only_report(raw))
 
 
-def test_flush_lets_reader_have_everything_before_close(raw: TcpLink) -> None:
+def test_flush_lets_reader_take_everything_before_close(raw: TcpLink) -> None:
     data = random.Random(6).randbytes(8 * MIB)
     got = bytearray()
     with connected(raw) as connection:
@@ -328,7 +328,7 @@ def test_second_board_takes_next_port() -> None:
 # -- RFC 2217 -----------------------------------------------------------------------------------------------
 
 
-def test_rate_within_receivers_tolerance_is_silent(rfc2217: Rfc2217Link, said: list[str]) -> None:
+def test_baud_rate_within_tolerance_is_not_reported(rfc2217: Rfc2217Link, said: list[str]) -> None:
     with Served(rfc2217) as board, terminal(rfc2217) as device:
         board.print(b"x")
         assert device.read(1) == b"x"
@@ -355,7 +355,7 @@ def test_wrong_baud_rate_is_reported_once(rfc2217: Rfc2217Link, said: list[str],
         b"\xff\xfa\x2c\x0a\xff\xf0",  # a mask of no byte
     ],
 )
-def test_broken_telnet_is_disconnected_alone(rfc2217: Rfc2217Link, hostile: bytes) -> None:
+def test_only_client_with_broken_telnet_is_disconnected(rfc2217: Rfc2217Link, hostile: bytes) -> None:
     with Served(rfc2217) as board, terminal(rfc2217) as device, opened(rfc2217) as stranger:
         with contextlib.suppress(OSError):
             stranger.sendall(hostile)
@@ -379,7 +379,7 @@ def test_random_telnet_streams_do_no_harm(rfc2217: Rfc2217Link) -> None:
 
 
 @pytest.mark.parametrize(("baud", "usual"), [(115_200, True), (9600, False)])
-def test_firmwares_rate_is_that_of_its_usart(baud: int, usual: bool) -> None:
+def test_baud_rate_is_compared_with_firmware_usart(baud: int, usual: bool) -> None:
     board = Board(firmware="solution")
     board.run_for(0.5)  # it has set up its USART: 84 MHz / 729
     assert board.terminal.uart.bit_rate == pytest.approx(84e6 / 729)

@@ -29,7 +29,7 @@ def test_expect_from_start_matches_earlier_text() -> None:
     assert board.now_s == 1.5
 
 
-def test_since_takes_position_noted_before() -> None:
+def test_since_argument_accepts_earlier_position() -> None:
     board = Board("lab3")
     board.run_for(1.04)
     noted = board.terminal.position
@@ -39,7 +39,7 @@ def test_since_takes_position_noted_before() -> None:
     assert board.now_s == pytest.approx(1.34)
 
 
-def test_consecutive_expects_match_one_print() -> None:
+def test_consecutive_expects_match_within_one_transmission() -> None:
     board = Board("lab3")
     first = board.terminal.expect("STEVAL-")
     second = board.terminal.expect("FCU001V1")
@@ -48,7 +48,7 @@ def test_consecutive_expects_match_one_print() -> None:
     assert board.now_s < 0.05
 
 
-def test_error_has_last_lines_and_diagnosis() -> None:
+def test_error_has_latest_lines_and_diagnosis() -> None:
     board = Board(BROKEN / "flag_never_set.elf")
     with pytest.raises(ExpectationError) as error:
         board.terminal.expect("Pitch", timeout_s=0.2)

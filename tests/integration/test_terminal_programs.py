@@ -71,7 +71,7 @@ def wait_for(said: str) -> Iterator[None]:
 
 
 @pytest.mark.skipif(shutil.which("screen") is None, reason="screen is not installed")
-def test_screen_shows_text_and_types(running: Running, port: Path, tmp_path: Path) -> None:
+def test_screen_program_shows_and_sends_text(running: Running, port: Path, tmp_path: Path) -> None:
     log, name = tmp_path / "screenlog", f"fcu-test-{os.getpid()}"
     socket_folder = tmp_path / "screens"
     socket_folder.mkdir(mode=0o700)
@@ -95,7 +95,7 @@ def test_screen_shows_text_and_types(running: Running, port: Path, tmp_path: Pat
 
 
 @pytest.mark.skipif(shutil.which("minicom") is None, reason="minicom is not installed")
-def test_minicom_shows_text_and_types(running: Running, port: Path, tmp_path: Path) -> None:
+def test_minicom_shows_and_sends_text(running: Running, port: Path, tmp_path: Path) -> None:
     import termios
 
     ours, its = os.openpty()

@@ -40,7 +40,7 @@ def test_terminal_text_is_utf8(data: bytes, text: str) -> None:
     assert terminal(data).text == text
 
 
-def test_expect_continues_after_match_in_bytes() -> None:
+def test_expect_after_match_continues_at_byte_position() -> None:
     one = terminal("°C °C \xff".encode("latin-1") + " 1 µs, 2 µs".encode())
     assert one.expect("1 µs", since=0)
     assert one.expect(r"(\d) µs")[1] == "2"

@@ -100,14 +100,14 @@ def test_started_python_firmware_refuses_another_thread() -> None:
 
 
 @pytest.mark.parametrize("firmware", ["lab3", "solution"])
-def test_another_process_does_same(firmware: str) -> None:
+def test_another_process_gives_same_results(firmware: str) -> None:
     with multiprocessing.get_context("spawn").Pool(1) as pool:
         assert pool.apply(whole, [firmware]) == whole(firmware)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no fork")
 @pytest.mark.parametrize("firmware", ["lab3", "solution"])
-def test_forked_process_runs_same(firmware: str) -> None:
+def test_forked_process_gives_same_results(firmware: str) -> None:
     done = subprocess.run(
         [sys.executable, "-c", FORKS, firmware], capture_output=True, text=True, check=False
     )

@@ -64,7 +64,7 @@ def whole(board: Board) -> list[BusTransfer]:
 
 
 @needs_sigrok
-def test_sigrok_decodes_traces_transfers(recorded: tuple[Board, Path]) -> None:
+def test_sigrok_decodes_transfers_of_trace(recorded: tuple[Board, Path]) -> None:
     board, path = recorded
     transfers = whole(board)
     assert len(transfers) > 50
@@ -127,7 +127,7 @@ def changes(path: Path) -> dict[str, list[tuple[int, int]]]:
     return found
 
 
-def test_wires_show_leds_interrupt_pins_and_callback(tmp_path: Path) -> None:
+def test_wires_show_leds_and_interrupt_pins_and_callback(tmp_path: Path) -> None:
     board = Board(firmware="solution", ideal=True)
     board.world.set_attitude(0, 86, 0)
     board.run_for(1.0)
@@ -146,7 +146,7 @@ def test_wires_show_leds_interrupt_pins_and_callback(tmp_path: Path) -> None:
     assert file.report() == []
 
 
-def test_same_run_writes_and_prints_same(tmp_path: Path) -> None:
+def test_equal_runs_give_equal_files_and_text(tmp_path: Path) -> None:
     texts, files = [], []
     for _ in range(2):
         board, path = record_wires(tmp_path, "solution", None)
@@ -158,7 +158,7 @@ def test_same_run_writes_and_prints_same(tmp_path: Path) -> None:
     assert texts == [unseen.terminal.text] * 2
 
 
-def test_refused_message_is_drawn_to_its_nack() -> None:
+def test_refused_message_is_drawn_until_its_nack() -> None:
     result = str(I2CNackError(0x6B, 1))
     nack = BusTransfer(0, 21 * 100, "I2C2", 0x6B, "LSM6DSL", "X", b"\x10\x40", b"", result)
     edges = list(waves.i2c(nack, "SCL", "SDA") or ())
@@ -271,7 +271,7 @@ def test_record_has_printed_values_with_truth(record: Path) -> None:
     assert any(led1 for _, led1, _ in found["leds"])
 
 
-def test_record_becomes_picture(record: Path) -> None:
+def test_record_is_drawn_as_picture(record: Path) -> None:
     done = fcu("fcu plot run.json", record.parent)
     picture = (record.parent / "run.png").read_bytes()
     assert done.stderr == "fcu: saved in run.png\n"
@@ -279,7 +279,7 @@ def test_record_becomes_picture(record: Path) -> None:
     assert min(struct.unpack(">II", picture[16:24])) > 1000
 
 
-def test_picture_labels_its_contents(record: Path, tmp_path: Path) -> None:
+def test_picture_has_labels_for_its_contents(record: Path, tmp_path: Path) -> None:
     draw(json.loads(record.read_text(encoding="utf-8")), tmp_path / "run.svg")
     picture = (tmp_path / "run.svg").read_text(encoding="utf-8")
     for text in ("angles, deg", "Pitch", "LED2", "led_x", "virtual time, s", "printed"):
@@ -312,13 +312,13 @@ def test_invalid_record_is_refused_in_one_line(tmp_path: Path, text: str, kind: 
     assert "\n" not in str(caught.value)
 
 
-def test_unknown_picture_type_lists_known_ones(tmp_path: Path) -> None:
+def test_unknown_picture_type_error_lists_known_types(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"\.png, \.svg, \.pdf$") as refused:
         draw({"printed": []}, tmp_path / "run.gif")
     assert refused.value.kind == "picture_type"
 
 
-def test_fcu_run_writes_both(tmp_path: Path) -> None:
+def test_run_command_writes_vcd_and_perfetto_files(tmp_path: Path) -> None:
     done = fcu("fcu run lab3 --duration 300ms --speed max --vcd a.vcd --perfetto a.json", tmp_path)
     assert done.returncode == 0
     assert "$enddefinitions" in (tmp_path / "a.vcd").read_text(encoding="ascii")

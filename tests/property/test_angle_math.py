@@ -59,7 +59,7 @@ def in_numpy(acc: NDArray[np.int64], mag: NDArray[np.int64], mu: float) -> NDArr
 
 @DETERMINISTIC
 @given(any_vectors, any_vectors, mus)
-def test_angles_are_finite_singles_in_range(acc: Vector, mag: Vector, mu: float) -> None:
+def test_angles_are_finite_float32_in_range(acc: Vector, mag: Vector, mu: float) -> None:
     pitch, roll, yaw = angles(acc, mag, mu)
     assert abs(pitch) <= 90
     assert abs(roll) <= 90
@@ -69,7 +69,7 @@ def test_angles_are_finite_singles_in_range(acc: Vector, mag: Vector, mu: float)
 
 @DETERMINISTIC
 @given(st.lists(st.tuples(acc_vectors, mag_vectors), min_size=1, max_size=40), mus)
-def test_agrees_with_independent_implementation(pairs: list[tuple[Vector, Vector]], mu: float) -> None:
+def test_angles_agree_with_independent_implementation(pairs: list[tuple[Vector, Vector]], mu: float) -> None:
     acc, mag = (np.array(vectors, dtype=np.int64) for vectors in zip(*pairs, strict=True))
     expected = in_numpy(acc, mag, mu)
     got = np.array([angles(*pair, mu) for pair in pairs])
@@ -91,7 +91,7 @@ def test_agrees_with_independent_implementation(pairs: list[tuple[Vector, Vector
         ((0, 0, 0), 0.0, 0.0),
     ],
 )
-def test_tilts_about_one_axis_are_exact(acc: Vector, pitch: float, roll: float) -> None:
+def test_angles_of_tilt_about_one_axis_are_exact(acc: Vector, pitch: float, roll: float) -> None:
     assert angles(acc)[:2] == (pitch, roll)
 
 
@@ -108,7 +108,7 @@ def test_flat_board_gives_no_negative_zero() -> None:
 
 @DETERMINISTIC
 @given(acc_vectors, mus)
-def test_pitch_and_roll_are_odd_in_their_axis(acc: Vector, mu: float) -> None:
+def test_pitch_and_roll_are_odd_functions_of_axis(acc: Vector, mu: float) -> None:
     x, y, z = acc
     pitch, roll, _ = angles(acc, mu=mu)
     assert angles((-x, y, z), mu=mu)[:2] == (-pitch, roll)
@@ -166,7 +166,7 @@ def test_roll_and_yaw_are_euler_at_zero_pitch(yaw: float, roll: float) -> None:
 
 @DETERMINISTIC
 @given(angles_deg, tilts_deg)
-def test_yaw_is_euler_at_zero_roll(yaw: float, pitch: float) -> None:
+def test_yaw_is_euler_yaw_at_zero_roll(yaw: float, pitch: float) -> None:
     _, got_roll, got_yaw = angles(*board_frame(yaw, pitch, 0.0))
     assert abs(got_roll) <= TOLERANCE_DEG
     assert difference_deg(got_yaw, yaw) <= TOLERANCE_DEG
@@ -187,7 +187,7 @@ def test_smaller_mu_never_reduces_roll(acc: Vector, mu_a: float, mu_b: float) ->
 
 @DETERMINISTIC
 @given(acc_vectors, mus)
-def test_mu_weights_gx_in_roll_only(acc: Vector, mu: float) -> None:
+def test_mu_affects_gx_only_in_roll(acc: Vector, mu: float) -> None:
     x, y, z = acc
     assert angles(acc, mu=mu)[0] == angles(acc)[0]
     assert angles((0, y, z), mu=mu) == angles((0, y, z))

@@ -88,25 +88,25 @@ def agree_on_integer(prefix: str, length: str, conversion: str, value: int) -> N
 
 @DETERMINISTIC
 @given(prefixes("-+ 0"), lengths, st.sampled_from("di"), integers)
-def test_signed_integers(prefix: str, length: str, conversion: str, value: int) -> None:
+def test_signed_integers_print_as_in_c(prefix: str, length: str, conversion: str, value: int) -> None:
     agree_on_integer(prefix, length, conversion, value)
 
 
 @DETERMINISTIC
 @given(prefixes("-0#"), lengths, st.sampled_from("xX"), integers)
-def test_hexadecimal(prefix: str, length: str, conversion: str, value: int) -> None:
+def test_hexadecimal_numbers_print_as_in_c(prefix: str, length: str, conversion: str, value: int) -> None:
     agree_on_integer(prefix, length, conversion, value)
 
 
 @DETERMINISTIC
 @given(prefixes("-0"), lengths, integers)
-def test_unsigned_integers(prefix: str, length: str, value: int) -> None:
+def test_unsigned_integers_print_as_in_c(prefix: str, length: str, value: int) -> None:
     agree_on_integer(prefix, length, "u", value)
 
 
 @DETERMINISTIC
 @given(prefixes("-0"), st.sampled_from("diuxX"), st.integers(-2, 2))
-def test_small_integers_agree_with_c(prefix: str, conversion: str, value: int) -> None:
+def test_small_integers_print_as_in_c(prefix: str, conversion: str, value: int) -> None:
     agree(prefix + conversion, value)
 
 
@@ -116,13 +116,13 @@ floats = st.floats(allow_nan=False) | st.just(float("nan")) | st.floats(width=32
 
 @DETERMINISTIC
 @given(prefixes("-+ #0"), st.sampled_from("fFeEgG"), floats)
-def test_floats(prefix: str, conversion: str, value: float) -> None:
+def test_floats_print_as_in_c(prefix: str, conversion: str, value: float) -> None:
     agree(prefix + conversion, value)
 
 
 @DETERMINISTIC
 @given(st.sampled_from("feg"), st.integers(0, 8), st.integers(-4000, 4000), st.sampled_from([2, 8, 32, 1000]))
-def test_floats_halfway_between_two_outputs(
+def test_floats_halfway_between_outputs_print_as_in_c(
     conversion: str, precision: int, numerator: int, denominator: int
 ) -> None:
     agree(f"%.{precision}{conversion}", numerator / denominator)
@@ -133,13 +133,13 @@ c_text = st.binary(max_size=20).filter(lambda data: 0 not in data)
 
 @DETERMINISTIC
 @given(prefixes("-"), c_text)
-def test_strings(prefix: str, text: bytes) -> None:
+def test_strings_print_as_in_c(prefix: str, text: bytes) -> None:
     agree(prefix + "s", text)
 
 
 @DETERMINISTIC
 @given(st.sampled_from(["%", "%-"]), widths, st.integers(0, 255))
-def test_characters(flags: str, width: str, code: int) -> None:
+def test_characters_print_as_in_c(flags: str, width: str, code: int) -> None:
     agree(f"{flags}{width}c", code)
 
 
@@ -153,6 +153,6 @@ def test_star_takes_width_and_precision_from_arguments(
 
 @DETERMINISTIC
 @given(*[st.integers(-(2**31), 2**31 - 1)] * 3, st.floats(width=32, allow_nan=False))
-def test_labs_lines(x: int, y: int, z: int, pressure: float) -> None:
+def test_lines_of_lab_print_as_in_c(x: int, y: int, z: int, pressure: float) -> None:
     agree("ACC[x,y,z] %d mg %d mg %d mg \n\r", x, y, z)
     agree("Pre: %f hPa \n\r", pressure)

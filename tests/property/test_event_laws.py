@@ -58,7 +58,9 @@ def lasting(conditions: list[bool], periods: int) -> list[bool]:
 
 
 @given(samples=SAMPLES, runs=STEADY, code=st.integers(0, 7), duration=st.integers(0, 12))
-def test_free_fall(samples: list[Sample], runs: list[tuple[Sample, int]], code: int, duration: int) -> None:
+def test_free_fall_agrees_with_oracle(
+    samples: list[Sample], runs: list[tuple[Sample, int]], code: int, duration: int
+) -> None:
     samples = samples + [sample for sample, count in runs for _ in range(count)]
     falling = [all(abs(value) < FREE_FALL_MG[code] for value in sample) for sample in samples]
 
@@ -68,7 +70,7 @@ def test_free_fall(samples: list[Sample], runs: list[tuple[Sample, int]], code: 
 
 
 @given(samples=SAMPLES, threshold=st.integers(0, 20), duration=st.integers(0, 3))
-def test_wake_up(samples: list[Sample], threshold: int, duration: int) -> None:
+def test_wake_up_agrees_with_oracle(samples: list[Sample], threshold: int, duration: int) -> None:
     limit = threshold * 2000 / 64 + 0.1  # levels are rounded to 0.061 mg, thresholds are not
     over = [[abs(value) > limit for value in slope] for slope in slopes(samples)]
     lasts = lasting([any(axes) for axes in over], duration)
@@ -83,7 +85,7 @@ def test_wake_up(samples: list[Sample], threshold: int, duration: int) -> None:
     runs=st.lists(st.tuples(st.integers(0, 7), st.integers(1, 4)), min_size=1, max_size=12),
     flat=st.booleans(),
 )
-def test_orientation(runs: list[tuple[int, int]], flat: bool) -> None:
+def test_orientation_agrees_with_oracle(runs: list[tuple[int, int]], flat: bool) -> None:
     axes = [(1000.0 * (code % 2 or -1) * (code // 2 == axis) for axis in range(3)) for code, _ in runs]
     samples: list[Sample] = []
     for (x, y, z), (_, count) in zip(map(tuple, axes), runs, strict=True):
@@ -155,7 +157,9 @@ def taps(over: list[bool], windows: Windows, *, double: bool) -> list[str]:
 
 
 @given(bursts=BURSTS, quiet=st.lists(st.integers(1, 40)), register=st.integers(0, 0x3F), double=st.booleans())
-def test_tap(bursts: list[tuple[bool, int]], quiet: list[int], register: int, double: bool) -> None:
+def test_tap_agrees_with_oracle(
+    bursts: list[tuple[bool, int]], quiet: list[int], register: int, double: bool
+) -> None:
     over: list[bool] = [False]
     for number, (strong, count) in enumerate(bursts):
         over += [strong] * count
@@ -225,7 +229,7 @@ def test_pins_do_not_depend_on_reads(
 
 
 @given(samples=SAMPLES, routes=st.tuples(st.integers(0, 0xFC), st.integers(0, 0xFC)))
-def test_edges_of_woken_part_are_ordered_and_timely(samples: list[Sample], routes: tuple[int, int]) -> None:
+def test_pin_edges_are_in_order_and_on_time(samples: list[Sample], routes: tuple[int, int]) -> None:
     """Called at each ``next_event_ps``, the sensor reports each edge at its time."""
     writes = (MD1_CFG, routes[0]), (MD2_CFG, routes[1]), (TAP_THS_6D, 0x41), (TAP_CFG, ENABLE | 0x0E)
     late, woken = Bench(samples, *writes, (INT1_CTRL, 0x01)), Bench(samples, *writes, (INT1_CTRL, 0x01))

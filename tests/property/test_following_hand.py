@@ -108,7 +108,7 @@ def test_still_hand_has_no_overshoot() -> None:
     assert world.altitude_m([2.0])[0] == 2
 
 
-def test_followed_hand_takes_over_rate_of_motion() -> None:
+def test_following_hand_starts_with_rate_of_motion() -> None:
     clock = Clock()
     world = World(clock)
     world.rotate_to(0, 0, 90, duration_s=2)
@@ -165,7 +165,7 @@ def test_turn_over_and_tap_have_expected_forces() -> None:
     np.testing.assert_array_equal(tapped.altitude_m([0.0, 0.011]), [0, 0])
 
 
-def test_speed_of_recording_is_slope_of_its_height() -> None:
+def test_speed_of_recording_is_derivative_of_its_height() -> None:
     rows = {"altitude": np.array([0.0, 1.0, 0.5, 2.0])}
     clock = Clock()
     world = World(clock)

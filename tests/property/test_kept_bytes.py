@@ -182,7 +182,7 @@ class Bench:
 @pytest.mark.parametrize("name", SENSORS)
 @settings(max_examples=60, deadline=None)
 @given(st.data())
-def test_bytes_are_kept_over_messages(name: str, data: st.DataObject) -> None:
+def test_kept_bytes_equal_reads_of_sensor(name: str, data: st.DataObject) -> None:
     bench = Bench(name, LiveBytes, TrainReader)
     for action in data.draw(actions(name)):
         bench.both_do(action)
@@ -192,7 +192,7 @@ def test_bytes_are_kept_over_messages(name: str, data: st.DataObject) -> None:
 @pytest.mark.parametrize("name", SENSORS)
 @settings(max_examples=60, deadline=None)
 @given(st.data())
-def test_bursts_are_kept_as_long_as_they_last(name: str, data: st.DataObject) -> None:
+def test_kept_bursts_equal_reads_of_sensor(name: str, data: st.DataObject) -> None:
     bench = Bench(name, LiveBursts, BurstKeeper)
     for action in data.draw(actions(name)):
         bench.both_do(action)
@@ -214,7 +214,7 @@ def access(part: Sensor, address: int) -> int:
     return Bank.from_address(part.shared_bank()).access[address]
 
 
-def test_train_has_samples_of_single_reads() -> None:
+def test_train_of_bytes_equals_single_reads() -> None:
     part, other = measuring(), measuring()
     reader, live = TrainReader(part), LiveBytes(other)
     for n in range(500):
@@ -223,7 +223,7 @@ def test_train_has_samples_of_single_reads() -> None:
     assert reader.served == 500 * 15  # 0x1F is reserved
 
 
-def test_change_of_world_cuts_train() -> None:
+def test_change_of_world_ends_train_of_bytes() -> None:
     level = 1.0
     part = LSM6DSL(
         lambda t_s: np.full((len(t_s), 3), level), lambda t_s: np.zeros((len(t_s), 3)), np.ones_like
@@ -240,13 +240,13 @@ def test_change_of_world_cuts_train() -> None:
 
 
 @pytest.mark.parametrize("address", [0x12, 0x3A, 0x3E, 0x40, 0x53, 0x1B, 0x2E], ids=hex)
-def test_self_changing_register_is_read_live(address: int) -> None:
+def test_self_changing_register_is_read_from_sensor(address: int) -> None:
     part = measuring()
     assert access(part, address) == LIVE
     assert part.burst_reader(address, 1)(_AT_PS)[1] == 0
 
 
-def test_masked_status_is_read_live() -> None:
+def test_masked_status_is_read_from_sensor() -> None:
     part = measuring()
     assert access(part, 0x1E) == STATUS
     part.write(0x13, b"\x08", _AT_PS)
@@ -255,7 +255,7 @@ def test_masked_status_is_read_live() -> None:
     assert access(part, 0x1E) == STATUS
 
 
-def test_wired_sensor_is_read_live() -> None:
+def test_wired_sensor_has_no_kept_bytes() -> None:
     part = measuring()
     assert access(part, 0x10) == MEMORY
     version = part.version[0]
@@ -264,7 +264,7 @@ def test_wired_sensor_is_read_live() -> None:
     assert part.version[0] != version
 
 
-def test_every_bank_has_version_of_part() -> None:
+def test_bank_change_updates_version_of_sensor() -> None:
     part = measuring()
     assert access(part, 0x02) == LIVE
     version, address = part.version[0], part.version.buffer_info()[0]

@@ -41,7 +41,7 @@ def test_remaining_points_are_between_zero_and_original(
 
 
 @given(RULES, LATE, LATE, POINTS)
-def test_later_submission_never_loses_less(
+def test_later_submission_never_loses_fewer_points(
     rule: LateTable, one: float, other: float, max_points: float
 ) -> None:
     early, late = sorted([one, other])
@@ -50,7 +50,7 @@ def test_later_submission_never_loses_less(
 
 
 @given(RULES, LATE, POINTS, st.tuples(POINTS, POINTS))
-def test_more_original_points_never_leave_fewer(
+def test_more_original_points_never_leave_fewer_points(
     rule: LateTable, late_s: float, max_points: float, points: tuple[float, float]
 ) -> None:
     less, more = (after_penalty(one, late_penalty(rule, late_s, max_points)) for one in sorted(points))
@@ -59,7 +59,7 @@ def test_more_original_points_never_leave_fewer(
 
 
 @given(RULES, POINTS, st.floats(0, 1))
-def test_grace_period_costs_nothing(rule: LateTable, max_points: float, share: float) -> None:
+def test_grace_period_costs_no_points(rule: LateTable, max_points: float, share: float) -> None:
     assert late_penalty(rule, -share * DAY_S, max_points) == 0
     assert late_penalty(rule, share * rule.grace_minutes * MINUTE_S, max_points) == 0
 

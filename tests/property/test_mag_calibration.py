@@ -91,7 +91,7 @@ def test_feeding_same_samples_again_changes_no_extreme(sequence: list[Vector]) -
 
 @DETERMINISTIC
 @given(earth_samples)
-def test_extremes_are_half_spread_from_zero(sequence: list[Vector]) -> None:
+def test_calibrated_extremes_are_symmetric_about_zero(sequence: list[Vector]) -> None:
     calibration = fed(sequence)
     low, high = calibration.extremes
     lowest, highest = calibration.feed(low), calibration.feed(high)

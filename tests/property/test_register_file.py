@@ -180,7 +180,7 @@ class CONTROL(Register, addr=0x10, reset=0x04):
 
 
 @given(BYTE)
-def test_note_names_unmodelled_field_written(value: int) -> None:
+def test_written_unmodelled_field_is_named_in_note(value: int) -> None:
     registers = RegisterFile(RegisterMap([CONTROL]))
     notes = []
     registers.note = lambda now_ps, what, problem, text, **data: notes.append((now_ps, problem, text, data))
@@ -194,7 +194,7 @@ def test_note_names_unmodelled_field_written(value: int) -> None:
 
 
 @given(BYTE)
-def test_note_names_reserved_bits_written(value: int) -> None:
+def test_written_reserved_bits_are_named_in_note(value: int) -> None:
     registers = RegisterFile(RegisterMap([CONTROL]))
     notes = []
     registers.note = lambda now_ps, what, problem, text, **data: notes.append((now_ps, problem, data))
@@ -261,7 +261,7 @@ def test_read_continues_at_next_register(content: bytes, start: int, counts: lis
 
 
 @given(ADDRESS, st.booleans(), st.binary(min_size=1, max_size=40), st.data())
-def test_write_may_come_in_pieces(start: int, bit_7: bool, data: bytes, draw: st.DataObject) -> None:
+def test_write_may_be_split_into_pieces(start: int, bit_7: bool, data: bytes, draw: st.DataObject) -> None:
     """Bit 7 of the sub-address has no meaning. Written data are read back unchanged."""
     cut = draw.draw(st.integers(0, len(data)))
     device = Memory()

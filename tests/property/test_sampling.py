@@ -36,12 +36,12 @@ def moments(start_ps: int, gaps: list[int]) -> list[int]:
 
 
 def due_ps(start_ps: int, rate_hz: Fraction, number: int) -> int:
-    """Return the time of sample ``number``: the first after one period, the others periods later, each rounded up."""
+    """Return the time of sample ``number``: the first after one period, each next one a period later, rounded up."""
     return start_ps + math.ceil(PS_PER_S / rate_hz) + math.ceil(number * PS_PER_S / rate_hz)
 
 
 @given(STARTS, RATES, GAPS)
-def test_latest_sample_is_last_one_due(start_ps: int, rate_hz: Fraction, gaps: list[int]) -> None:
+def test_current_sample_is_latest_that_is_due(start_ps: int, rate_hz: Fraction, gaps: list[int]) -> None:
     stream = SampleStream(16, tagged)
     stream.start(start_ps, rate_hz)
     seen = -1
@@ -98,7 +98,7 @@ def test_sample_numbers_continue_over_restarts(rate_hz: Fraction, runs_ps: list[
 def test_synchronised_streams_coincide_despite_reads(
     first_ps: int, second_ps: int, rate_hz: Fraction, ratio: int, faster: bool, gaps: list[int]
 ) -> None:
-    """Once both run, every sample of the slower stream comes with a sample of the faster one."""
+    """As soon as both run, every sample of the slower stream comes with a sample of the faster one."""
     other_hz = rate_hz * ratio if faster else rate_hz / ratio
     first, second = SampleStream(16, tagged), SampleStream(16, tagged)
     first.start(first_ps, rate_hz)
@@ -128,7 +128,7 @@ def test_single_measurement_gives_one_sample(start_ps: int, delay_ps: int, later
 
 
 @given(RATES, st.integers(0, 10**6))
-def test_stopping_keeps_last_sample_for_ever(rate_hz: Fraction, samples: int) -> None:
+def test_stopping_keeps_latest_sample_for_ever(rate_hz: Fraction, samples: int) -> None:
     stream = SampleStream(16, tagged)
     stream.start(0, rate_hz)
     stream.advance(due_ps(0, rate_hz, samples))
@@ -193,7 +193,7 @@ def test_noise_is_white_and_of_unit_variance() -> None:
     assert (noise[0, 1:] * noise[0, :-1]).mean() == pytest.approx(0, abs=0.02)
 
 
-def test_every_source_has_its_own_key() -> None:
+def test_every_noise_source_has_separate_key() -> None:
     names = [(seed, part, channel) for seed in range(50) for part in ("A", "B") for channel in ("XL", "G")]
     keys = sorted(noise_key(*name) for name in names)
 

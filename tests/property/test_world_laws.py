@@ -44,7 +44,7 @@ def world_at(roll: float, pitch: float, yaw: float, inclination: float = 63.4) -
 
 @given(roll=turn, pitch=tilt, yaw=turn)
 @settings(deadline=None)
-def test_lab_prints_worlds_pitch_always(roll: float, pitch: float, yaw: float) -> None:
+def test_lab_pitch_equals_world_in_every_attitude(roll: float, pitch: float, yaw: float) -> None:
     np.testing.assert_allclose(lab_angles(world_at(roll, pitch, yaw), T0)[0, 0], pitch, atol=1e-9)
 
 
@@ -73,7 +73,7 @@ def test_lab_roll_is_approximate_at_large_angles() -> None:
 
 @given(roll=turn, pitch=tilt, yaw=turn, roll2=turn, pitch2=tilt, yaw2=turn)
 @settings(deadline=None)
-def test_rotation_changes_length_of_no_vector(
+def test_rotation_keeps_length_of_vectors(
     *, roll: float, pitch: float, yaw: float, roll2: float, pitch2: float, yaw2: float
 ) -> None:
     world = world_at(roll, pitch, yaw)
@@ -88,7 +88,7 @@ def test_rotation_changes_length_of_no_vector(
 
 @given(metres=st.floats(-100, 3000), degc=st.floats(-40, 60), hpa=st.floats(600, 1100))
 @settings(deadline=None)
-def test_labs_altitude_formula_finds_worlds_altitude(metres: float, degc: float, hpa: float) -> None:
+def test_altitude_formula_of_lab_gives_altitude_of_world(metres: float, degc: float, hpa: float) -> None:
     world = World()
     world.set_temperature(degc)
     world.set_pressure(hpa)
@@ -177,7 +177,7 @@ def wander(world: World, size: float) -> None:
     thermal_s=st.sampled_from((0.0, 0.02, 200.0)),
 )
 @settings(deadline=None)
-def test_resting_world_does_not_change(
+def test_world_at_rest_does_not_change(
     changes: list[tuple[float, Callable[[World, float], object], float]],
     spans: list[tuple[float, float]],
     thermal_s: float,
@@ -206,7 +206,7 @@ def test_resting_world_does_not_change(
     share=st.floats(0.0, 0.999),
 )
 @settings(deadline=None)
-def test_world_past_never_changes(
+def test_past_of_world_never_changes(
     changes: list[tuple[float, Callable[[World, float], object], float]], share: float
 ) -> None:
     """Later changes never change a quantity at an earlier time, not even in its last bit."""
@@ -223,7 +223,7 @@ def test_world_past_never_changes(
             assert getattr(world, name)(times).tolist() == before.tolist(), name
 
 
-def test_world_ten_minutes_of_hand_are_kept() -> None:
+def test_ten_minutes_of_hand_motion_are_stored() -> None:
     """A mouse gives 50 commands per second. The first of 30,000 commands is still available."""
     clock = Clock()
     world = World(clock)
@@ -234,7 +234,7 @@ def test_world_ten_minutes_of_hand_are_kept() -> None:
     np.testing.assert_allclose(rolls, np.arange(30_000) % 90, atol=1e-9)
 
 
-def test_world_dropped_history_raises(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_dropped_history_of_world_raises_error(monkeypatch: pytest.MonkeyPatch) -> None:
     """The older half is dropped when one quantity has changed too often. Its times raise errors, others stay exact."""
     monkeypatch.setattr(truth, "HISTORY_CHANGES", 1000)
     clock = Clock()
@@ -255,7 +255,7 @@ def test_world_dropped_history_raises(monkeypatch: pytest.MonkeyPatch) -> None:
     assert world.rests(1499.2, 1499.9)
 
 
-def test_world_rests_before_and_after_motion() -> None:
+def test_world_is_at_rest_before_and_after_motion() -> None:
     clock = Clock()
     world = World(clock)
     clock.advance_to(to_ps(1.0))

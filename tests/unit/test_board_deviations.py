@@ -67,14 +67,14 @@ def test_hundred_boards_spread_within_limits() -> None:
         assert getattr(worst, name) == 1.5 * typical
 
 
-def test_soft_iron_only_bends_field() -> None:
+def test_soft_iron_never_reverses_field() -> None:
     """Iron weakens or strengthens the field but does not reverse it: all factors are near 1 even at the limits."""
     for seed in range(100):
         factors = np.linalg.eigvalsh(BoardErrors.of_quality("worst", seed).soft_iron())
         assert 0.75 < factors.min() < factors.max() < 1.25
 
 
-def test_iron_of_file_replaces_drawn_iron(tmp_path: Path) -> None:
+def test_iron_of_file_replaces_random_iron(tmp_path: Path) -> None:
     hard, soft = iron(scenario(tmp_path, "[world]\nhard_iron_mgauss = [1, 2, 3]\n"))
     np.testing.assert_allclose(hard, [1, 2, 3])
     assert np.abs(soft - np.eye(3)).max() > 1e-3

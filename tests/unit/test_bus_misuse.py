@@ -29,7 +29,7 @@ def test_read_of_impossible_burst_is_refused(part: str, address: int, count: int
 
 
 @parts
-def test_burst_that_was_refused_is_refused_again(part: str) -> None:
+def test_refused_burst_is_refused_again(part: str) -> None:
     chip = Chip(part)
     for _ in range(2):
         with pytest.raises(AccessError):
@@ -50,7 +50,7 @@ def test_write_of_impossible_burst_is_refused(part: str, address: int) -> None:
     assert "write" in str(caught.value)
 
 
-def test_refused_burst_names_sub_addresses(words: Words) -> None:
+def test_error_of_refused_burst_lists_sub_addresses(words: Words) -> None:
     chip = Chip("LSM6DSL")
     with pytest.raises(AccessError) as reading:
         chip.read(0x80, 1)
@@ -70,7 +70,7 @@ def test_write_of_non_bytes_raises_type_error(part: str, data: Any) -> None:
 
 @parts
 @pytest.mark.parametrize("address", ["0x0F", 15.0, None])
-def test_address_is_integer(part: str, address: Any) -> None:
+def test_address_must_be_integer(part: str, address: Any) -> None:
     chip = Chip(part)
     with pytest.raises(TypeError):
         chip.part.read(address, 1, 0)
@@ -111,7 +111,7 @@ def test_bytes_like_values_are_accepted(data: Any) -> None:
 
 
 @pytest.mark.parametrize("count", [0, -1, 65536, 1.0, "1", None])
-def test_read_has_length(count: Any) -> None:
+def test_invalid_read_length_is_refused(count: Any) -> None:
     board = Board()
     for read in (
         lambda: board.i2c2.read(0x6B, count),
@@ -152,5 +152,5 @@ def test_i2c_address_has_7_bits(address: Any, words: Words) -> None:
         ([2, *[1] * 7], True),
     ],
 )
-def test_scan_asks_many_addresses_equally(counts: list[int], scan: bool) -> None:
+def test_scan_is_recognised_by_equal_address_counts(counts: list[int], scan: bool) -> None:
     assert is_scan(counts) == scan

@@ -191,7 +191,7 @@ _OF_A_PROCESS = {"web", "check"}
 @pytest.mark.parametrize(
     ("function", "line", "expected"), LINES, ids=[" ".join(line.split()[:4]) for _, line, _ in LINES]
 )
-def test_options_arrive_as_typed(
+def test_options_reach_command_as_typed(
     function: str, line: str, expected: object, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     module, _, name = function.rpartition(".")

@@ -22,7 +22,7 @@ def test_events_fire_in_order_of_time_and_scheduling() -> None:
     assert (clock.now_ps, clock.next_ps) == (15, 20)
 
 
-def test_event_scheduled_in_past_fires_now() -> None:
+def test_event_scheduled_in_past_fires_immediately() -> None:
     clock, seen = Clock(), list[int]()
     clock.advance_to(100)
     clock.schedule(50, lambda: seen.append(clock.now_ps))
@@ -39,7 +39,7 @@ def test_cancelled_event_does_not_fire() -> None:
     assert clock.next_ps == NEVER_PS
 
 
-def test_event_schedules_another_for_same_time() -> None:
+def test_event_may_schedule_another_for_same_time() -> None:
     clock, seen = Clock(), list[int]()
     clock.schedule(10, lambda: clock.schedule(10, lambda: seen.append(clock.now_ps)) and None)
     clock.advance_to(10)
@@ -69,5 +69,5 @@ def test_st_timer_period_does_not_drift() -> None:
     assert ticks.time_ps(807_692_308) == 807_692_308 * 104_000 * PS_PER_S // 84_000_000
 
 
-def test_seconds_become_picoseconds() -> None:
+def test_seconds_are_converted_to_picoseconds() -> None:
     assert to_ps(0.00125) == 1_250_000_000

@@ -57,7 +57,7 @@ def test_refusal_during_boot_is_noted_once_with_reason(part: str, words: Words) 
 
 
 @pytest.mark.parametrize("first", ["start", "read_from"])
-def test_short_and_long_wait_wake_up_alike(first: str) -> None:
+def test_any_first_access_after_boot_is_answered(first: str) -> None:
     board = Board(cold_start=True)
     board.run_for(0.02)
     if first == "read_from":
@@ -78,7 +78,7 @@ def test_write_during_boot_is_lost(part: str) -> None:
 
 
 @slow_parts
-def test_on_spi_nothing_is_driven_and_nothing_taken(part: str) -> None:
+def test_spi_reads_ff_and_ignores_writes_during_boot(part: str) -> None:
     """The decision of ``sensors.spi``: reads give 0xFF, and commands are lost."""
     register, identity = IDENTITY[part]
     board = Board(wiring="fcu001v1", cold_start=True)
@@ -93,7 +93,7 @@ def test_on_spi_nothing_is_driven_and_nothing_taken(part: str) -> None:
     assert board.spi2.write_read(CHIP_SELECT[part], bytes([0x80 | target]), 1) == b"\x00"
 
 
-def test_barometer_answers_at_once_with_boot_status() -> None:
+def test_barometer_answers_immediately_with_boot_status() -> None:
     """LPS22HB datasheet 9.15, BOOT_STATUS. The 5 ms are an assumption."""
     board = Board(cold_start=True)
     assert board.i2c2.write_read(0x5D, b"\x0f", 1) == b"\xb1"
@@ -103,8 +103,8 @@ def test_barometer_answers_at_once_with_boot_status() -> None:
 
 
 @pytest.mark.parametrize("part", ADDRESS)
-def test_without_cold_start_every_part_answers_at_0(part: str) -> None:
-    """It is the same after the reset button, which does not affect the sensors' supply."""
+def test_without_cold_start_sensors_answer_at_time_0(part: str) -> None:
+    """The reset button has the same result, because it does not affect the sensors' supply."""
     register, identity = IDENTITY[part]
     board = Board()
     assert board.i2c2.write_read(ADDRESS[part], bytes([register]), 1) == bytes([identity])
@@ -138,7 +138,7 @@ def test_cold_board_measures_as_usual_after_boot() -> None:
     assert found[0] == found[1] != bytes(6)
 
 
-def test_scenario_uptime_sets_boot_and_heating(tmp_path: Path) -> None:
+def test_scenario_uptime_determines_boot_state_and_heating(tmp_path: Path) -> None:
     text = "schema = 1\nquestion = '?'\nduration = '2s'\nuptime = '{}'\n"
     text += "[sensors]\nquality = 'ideal'\n[board]\nheating_degc = 5\nthermal_s = 1\n"
     register, identity = IDENTITY["LSM6DSL"]

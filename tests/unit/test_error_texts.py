@@ -72,7 +72,7 @@ def test_error_with_lines_has_no_other_control_characters(error: FcuError) -> No
 
 
 @pytest.mark.parametrize("error", [ScenarioError, RubricError], ids=lambda error: error.__name__)
-def test_long_problem_in_file_is_cut(error: Callable[..., FcuError]) -> None:
+def test_long_error_text_of_file_is_cut(error: Callable[..., FcuError]) -> None:
     assert len(str(error("file", "key", "x" * 10_000))) < LONGEST
     assert len(str(RecordingError("file", 1, "x" * 10_000))) < LONGEST
     assert len(str(FirmwareFileError("file", "x" * 10_000))) < LONGEST
@@ -84,7 +84,7 @@ def test_long_problem_in_file_is_cut(error: Callable[..., FcuError]) -> None:
     ids=["scenario", "rubric", "roster", "recording", "firmware"],
 )
 @pytest.mark.parametrize("data", [b"", b"\xff", b"[" * 10_000, b"k" * 10_000, b"k.k=1\n[k.k]\n"])
-def test_file_with_hostile_name_is_refused_printably(
+def test_error_for_hostile_file_name_is_printable(
     load: Callable[[Path], object], data: bytes, tmp_path: Path
 ) -> None:
     for suffix in (".toml", ".csv", ".elf"):
@@ -98,7 +98,7 @@ def test_file_with_hostile_name_is_refused_printably(
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes are POSIX")
 @pytest.mark.parametrize("load", LOADERS, ids=["scenario", "rubric", "roster", "recording", "firmware"])
-def test_pipe_is_refused_and_not_waited_for(load: Callable[[Path], object], tmp_path: Path) -> None:
+def test_pipe_is_refused_without_waiting(load: Callable[[Path], object], tmp_path: Path) -> None:
     for suffix in (".toml", ".csv", ".elf"):
         path = tmp_path / f"pipe{suffix}"
         os.mkfifo(path)

@@ -62,7 +62,7 @@ def test_field_hint_tries_simplest_axis_changes_first() -> None:
 
 
 @given(st.sampled_from(signed_axes()), OFFSETS)
-def test_exchanged_and_negated_axes_are_named(
+def test_exchanged_and_negated_axes_are_reported(
     way: tuple[tuple[int, ...], tuple[int, ...]], offset: tuple[float, ...]
 ) -> None:
     truth = tumbled(60)
@@ -73,7 +73,7 @@ def test_exchanged_and_negated_axes_are_named(
 
 
 @given(st.one_of(st.floats(0.05, 0.7), st.floats(1.4, 20)), OFFSETS)
-def test_field_hint_names_factor(factor: float, offset: tuple[float, ...]) -> None:
+def test_field_hint_states_factor(factor: float, offset: tuple[float, ...]) -> None:
     truth = tumbled(60)
     hint = field_hint(lines(factor * truth + offset, truth))
     assert hint is not None
@@ -81,7 +81,7 @@ def test_field_hint_names_factor(factor: float, offset: tuple[float, ...]) -> No
 
 
 @given(OFFSETS)
-def test_swapped_bytes_are_named(offset: tuple[float, ...]) -> None:
+def test_swapped_bytes_are_reported(offset: tuple[float, ...]) -> None:
     truth = tumbled(60)
     raw = np.rint((truth + offset) / MAG.per_lsb).astype("<i2")
     printed = raw.view(">i2") * MAG.per_lsb

@@ -60,14 +60,14 @@ def test_high_pass_is_second_order_butterworth(cutoff: float) -> None:
 
 
 @given(CUTOFFS)
-def test_both_are_3_db_down_at_cutoff(cutoff: float) -> None:
+def test_both_filters_lose_3_db_at_cutoff(cutoff: float) -> None:
     for section in (low_pass(cutoff), high_pass(cutoff)):
         gain = abs(response((section,), np.array([cutoff]))[0])
         assert gain == pytest.approx(np.sqrt(0.5), rel=1e-5)
 
 
 def test_slope_filter_halves_power_at_quarter_rate() -> None:
-    """AN5040 3.7: slope filter, ODR/4. It is a high-pass, so the half is below this frequency."""
+    """AN5040 3.7: the slope filter has ODR/4. It is a high-pass, so lower frequencies have less than half the power."""
     gains = np.abs(response((SLOPE,), np.array([0.0, 0.25, 0.5])))
     assert gains == pytest.approx([0, np.sqrt(0.5), 1], abs=1e-12)
 
@@ -88,7 +88,7 @@ def test_filter_page_equals_single_samples(sections: tuple[Section, ...]) -> Non
 
 @cascades
 @pytest.mark.parametrize("count", [0, 1, 63, 64, 65, 1000, PAGE])
-def test_state_after_any_number_of_samples(sections: tuple[Section, ...], count: int) -> None:
+def test_filter_state_is_correct_after_any_sample_count(sections: tuple[Section, ...], count: int) -> None:
     filters, signal = chain(sections, "zero"), white(count + PAGE)
 
     state = filters.after(signal[:, :count], filters.at_rest(3))
@@ -98,7 +98,7 @@ def test_state_after_any_number_of_samples(sections: tuple[Section, ...], count:
 
 
 @cascades
-def test_after_its_settling_filter_has_forgotten(sections: tuple[Section, ...]) -> None:
+def test_filter_forgets_input_after_its_settling_time(sections: tuple[Section, ...]) -> None:
     filters = chain(sections, "zero")
     impulse = np.zeros(filters.settling + 2000)
     impulse[0] = 1
@@ -149,7 +149,7 @@ def test_settled_filter_starts_from_its_first_sample() -> None:
     assert filtered(world, SETTLED, 100).block(100, 5000) == pytest.approx(expected, abs=1e-9)
 
 
-def test_filter_from_zero_begins_with_nothing_before() -> None:
+def test_filter_from_zero_treats_earlier_input_as_zero() -> None:
     world, slope = World(), chain((SLOPE,), "zero")
     begun = filtered(world, slope).block(0, 2)
 
@@ -165,7 +165,7 @@ def test_reference_filter_subtracts_first_sample() -> None:
     assert filtered(world, unchanged, 7).block(7, 100) == pytest.approx(expected, abs=1e-12)
 
 
-def test_still_world_passes_low_pass_bit_by_bit() -> None:
+def test_still_world_passes_low_pass_unchanged() -> None:
     world = World(50_000)
     world.signal[:] = np.array([[0.1], [-1000 / 3], [0.0]])
 
@@ -193,7 +193,7 @@ def test_restarted_filter_equals_continuous_one() -> None:
     assert filtered(world, SETTLED).block(60_000, 4096) == pytest.approx(expected[:, 60_000:64_096], abs=1e-8)
 
 
-def test_skipping_far_does_not_go_through_every_sample() -> None:
+def test_long_skip_does_not_compute_every_sample() -> None:
     world = World()
     filtered(world, SETTLED).block(18 * PAGE, 10)
 
@@ -232,7 +232,7 @@ def test_world_change_before_first_sample_replaces_world() -> None:
 
 
 @pytest.mark.parametrize("number", [1, 64, 1000, PAGE, 3 * PAGE + 77])
-def test_source_settings_keep_filter_state(number: int) -> None:
+def test_change_of_source_keeps_filter_state(number: int) -> None:
     world = World()
     changing = filtered(world, SETTLED)
     changing.block(0, 10)

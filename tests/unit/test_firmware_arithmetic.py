@@ -46,7 +46,7 @@ def test_truncation_of_odd_field_values_is_toward_zero() -> None:
         (2**23 - 1, "2047.989990"),  # (raw * 100) / 4096 = 204799
     ],
 )
-def test_pressure_prints_as_on_slides(raw: int, printed: str) -> None:
+def test_pressure_is_printed_as_on_slides(raw: int, printed: str) -> None:
     assert f"{pressure_hpa(raw):f}" == printed
 
 
@@ -75,14 +75,14 @@ def test_altitude_of_floor_is_exactly_zero() -> None:
     assert getAltitude(977.4, 21.5, 977.4) == 0.0
 
 
-def test_altitude_in_standard_atmosphere() -> None:
+def test_altitude_is_correct_in_standard_atmosphere() -> None:
     # ICAO: 898.746 hPa and 8.5 degC at 1000 m, 1013.25 hPa at 0 m
     assert getAltitude(898.746, 8.5, 1013.25) == pytest.approx(1000, abs=2)
 
 
 @pytest.mark.parametrize("press", [260.0, 900.0, 976.2, 977.39, 1260.0])
 @pytest.mark.parametrize("temperature", [-10.0, 21.5])
-def test_altitude_is_hypsometric_formula(press: float, temperature: float) -> None:
+def test_altitude_equals_hypsometric_formula(press: float, temperature: float) -> None:
     # h = ((P0/P)^(1/5.257) - 1) * (T + 273.15) / 0.0065, here by way of logarithms
     expected = math.expm1((math.log(977.4) - math.log(press)) / 5.257) * (temperature + 273.15) / 0.0065
     assert getAltitude(press, temperature, 977.4) == pytest.approx(expected, rel=1e-6)

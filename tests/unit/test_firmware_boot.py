@@ -59,7 +59,7 @@ def test_boot_text_equals_lab(firmware_class: type[LabFirmware]) -> None:
     assert b"".join(booted(firmware_class).transmissions[:7]) == BOOT
 
 
-def test_banner_setting_prints_fw() -> None:
+def test_banner_setting_selects_fw_text() -> None:
     assert booted(Lab3, Settings(banner="FW")).transmissions[0] == BANNER.replace(b"FH", b"FW")
 
 
@@ -69,7 +69,7 @@ def test_boot_transactions_are_in_st_order(firmware_class: type[LabFirmware]) ->
     assert booted(firmware_class).transactions[: len(expected)] == expected
 
 
-def test_registers_end_as_lab_lists_them() -> None:
+def test_final_registers_equal_list_of_lab() -> None:
     registers = booted(Lab3).registers
     lsm6dsl = {
         register: registers[LSM6DSL][register] for register in (0x0A, 0x10, 0x11, 0x12, 0x13, 0x15, 0x17)
@@ -101,7 +101,7 @@ def test_timer_runs_at_800_hz_after_boot() -> None:
     assert 84_000_000 / (prescaler + 1) / (period + 1) == 800
 
 
-def test_st_timer_values_are_setting() -> None:
+def test_st_timer_values_can_be_selected() -> None:
     assert booted(Lab3, Settings(timer_prescaler=51, timer_period=1999)).timer == (51, 1999)
 
 
@@ -157,5 +157,5 @@ def test_barometer_lost_after_setup_does_not_stop_boot() -> None:
     assert b"Altitude: nan m \n\r" in hal.text
 
 
-def test_registry_names_both_firmwares() -> None:
+def test_registry_lists_both_firmwares() -> None:
     assert dict(FIRMWARES) == {"lab3": Lab3, "template": Template}

@@ -50,7 +50,7 @@ from tests.support.words import Words
         ("%d", (1, 2), b"1"),  # C11 7.21.6.1: excess arguments are ignored
     ],
 )
-def test_formats_as_c(fmt: str, args: tuple[Any, ...], expected: bytes) -> None:
+def test_sprintf_formats_as_in_c(fmt: str, args: tuple[Any, ...], expected: bytes) -> None:
     assert sprintf(fmt, *args) == expected
 
 

@@ -50,14 +50,14 @@ def tilt(hal: FakeHal, x_mg: float, y_mg: float, z_mg: float) -> None:
 
 
 @pytest.mark.parametrize("pressure_raw", [4003431, 4003471])
-def test_template_prints_slides_values(pressure_raw: int) -> None:
+def test_template_prints_values_of_slides(pressure_raw: int) -> None:
     hal = slide_board()
     hal.set_pressure(pressure_raw)
     run_until_power_off(Template, hal)
     assert b"".join(hal.transmissions[BOOT_TRANSMISSIONS:]) == TEMPLATE_BLOCK
 
 
-def test_pressures_outside_slides_range_print_differently() -> None:
+def test_pressures_outside_slides_range_are_printed_differently() -> None:
     for raw in (4003430, 4003472):
         hal = slide_board()
         hal.set_pressure(raw)
@@ -122,13 +122,13 @@ def test_led1_follows_pitch_and_led2_roll() -> None:
     assert hal.pins == {LED1: 1, LED2: 1}
 
 
-def test_axis_of_led1_is_setting() -> None:
+def test_axis_of_led1_can_be_set() -> None:
     hal = running(settings=Settings(led1_axis="roll"))
     tilt(hal, -1000, 0, 0)
     assert hal.pins == {LED1: 1, LED2: 0}
 
 
-def test_threshold_is_setting_and_excludes_itself() -> None:
+def test_threshold_can_be_set_and_is_exclusive() -> None:
     hal = running(settings=Settings(led_threshold_deg=45))
     tilt(hal, -1000, 0, 1000)
     firmware = hal.firmware
@@ -148,7 +148,7 @@ def test_led_pin_is_written_on_changes_only() -> None:
     assert hal.pin_events == [("write", LED1, 0), ("write", LED1, 1)]
 
 
-def test_mu_reaches_roll() -> None:
+def test_mu_setting_affects_roll() -> None:
     rolls = {}
     for mu in (0.01, 1.0):
         hal = running(settings=Settings(mu=mu))

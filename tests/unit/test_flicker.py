@@ -30,7 +30,7 @@ def test_flicker_allan_deviation_is_constant_over_time(m: int) -> None:
     assert found == pytest.approx(FLOOR, rel=0.1)
 
 
-def test_another_program_finds_same_floor() -> None:
+def test_independent_program_finds_same_floor() -> None:
     allantools = pytest.importorskip("allantools")
     found = [
         allantools.oadev(axis, rate=1.0, data_type="freq", taus=[30, 100])[1] for axis in wandering(10_000).T
@@ -42,7 +42,7 @@ def test_another_program_finds_same_floor() -> None:
     starts=st.lists(st.integers(-100, 10_000), min_size=1, max_size=6),
     rate_hz=st.sampled_from([1.6, 104, 6664]),
 )
-def test_value_depends_on_its_time_alone(starts: list[int], rate_hz: float) -> None:
+def test_value_depends_only_on_its_time(starts: list[int], rate_hz: float) -> None:
     everywhere = Flicker(3, "part", channels=3, bias_instability=1.0)
     for start in starts:
         t_s = start + np.arange(200) / rate_hz
@@ -50,7 +50,7 @@ def test_value_depends_on_its_time_alone(starts: list[int], rate_hz: float) -> N
         np.testing.assert_array_equal(everywhere.block(t_s)[:, 50:60], alone.block(t_s[50:60]))
 
 
-def test_axes_and_boards_wander_by_themselves() -> None:
+def test_axes_and_boards_wander_independently() -> None:
     correlation = np.corrcoef(wandering(10_000, seeds=2).T)
     assert (
         np.abs(correlation - np.eye(6)).max() < 0.6
@@ -65,7 +65,7 @@ def test_axes_and_boards_wander_by_themselves() -> None:
     ],
     ids=str,
 )
-def test_part_wanders_by_its_figure(channel: Channel, errors: PartErrors, instability: float) -> None:
+def test_wander_of_sensor_equals_its_figure(channel: Channel, errors: PartErrors, instability: float) -> None:
     """The figure is a thousand times larger here, so that differences of means exceed the steps of the output."""
     chip = Chip(channel.part, errors, seed=1)
     chip.set(channel.name, *channel.value(0.0))

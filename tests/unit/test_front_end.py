@@ -75,13 +75,13 @@ def test_vibration_far_above_output_rate_is_suppressed(hz: float) -> None:
     assert np.abs(acceleration_mg(shaken(hz, 1.9), 0x40, 104, 100)).max() < 10
 
 
-def test_vibration_at_output_rate_gives_no_constant() -> None:
+def test_vibration_at_output_rate_causes_no_constant_offset() -> None:
     """Before this was fixed, 0.5 g at 104 Hz gave a constant 480 mg."""
     mg = acceleration_mg(shaken(104.0, 0.5), 0x40, 104, 100)
     assert np.abs(mg).max() < 500 * butterworth(4, 52, 104) * 1.05
 
 
-def test_low_power_passes_740_hz_at_any_rate() -> None:
+def test_low_power_bandwidth_is_740_hz() -> None:
     mg = acceleration_mg(shaken(313.0, 1.9), 0x50, 208, 300, ctrl6_c=0x10)
     assert np.sqrt(2 * np.mean(mg**2)) / 1900 == pytest.approx(butterworth(2, 740, 313), rel=0.05)
 
@@ -126,7 +126,7 @@ def test_sample_does_not_depend_on_its_block(first: int, counts: list[int], rate
 
 
 @pytest.mark.parametrize("rate_hz", [52.0, 833.0])
-def test_slow_signal_shortcut_differs_little_from_exact(rate_hz: float) -> None:
+def test_shortcut_for_slow_signal_is_nearly_exact(rate_hz: float) -> None:
     world = World()
     use = kernel(rate_hz, 400.0, None, 2.0)
     duration_s = use.delay_s * 26
@@ -141,7 +141,7 @@ def test_slow_signal_shortcut_differs_little_from_exact(rate_hz: float) -> None:
     np.testing.assert_allclose(closely.block(int(numbers[0]), t_s)[:, 2], at_once[:, 2], atol=2e-3)
 
 
-def test_signal_set_at_start_holds_before_it() -> None:
+def test_signal_set_at_start_also_applies_earlier() -> None:
     """The first attitude of a scenario is not a jump: the first sample equals all others."""
     world = World()
     world.set_attitude(0, -30, 0)
@@ -184,7 +184,7 @@ class Counted(Moving):
         return self.sensed.agitated(from_s, to_s, pace_s)
 
 
-def test_still_world_is_sampled_once_for_all() -> None:
+def test_still_world_is_evaluated_once_per_block() -> None:
     """A board at rest costs the same as without a front end."""
     world = World()
     world.set_attitude(20, 30, 40)
@@ -196,7 +196,7 @@ def test_still_world_is_sampled_once_for_all() -> None:
 
 
 @pytest.mark.parametrize(("delays", "is_slow"), [(26, True), (24, False)])
-def test_slow_motion_is_sampled_once_per_sample(delays: float, is_slow: bool) -> None:
+def test_slow_motion_is_evaluated_once_per_sample(delays: float, is_slow: bool) -> None:
     world, use = World(), kernel(104.0, 400.0, None, 2.0)
     duration_s = delays * use.delay_s
     world.lift(0.1, duration_s, start_s=1.0)
@@ -227,7 +227,7 @@ def test_magnetometer_and_barometer_average_over_their_conversion() -> None:
     assert (low | middle << 8 | high << 16) / 4096 == pytest.approx(1000, abs=0.1)
 
 
-def test_mean_of_ramp_is_its_middle() -> None:
+def test_mean_of_ramp_is_its_middle_value() -> None:
     ramp = Moving(lambda t_s: 3.0 * t_s)
     np.testing.assert_allclose(averaged(ramp, np.array([1.0, 2.0]), 0.02), [2.97, 5.97])
 
@@ -269,8 +269,8 @@ def test_recorded_vibration_is_filtered() -> None:
 
 @pytest.mark.parametrize("seed", range(10))
 @pytest.mark.parametrize("moving", [False, True])
-def test_overload_reads_full_scale_on_every_board(seed: int, moving: bool) -> None:
-    """At four times full scale, the converter clips last, after the sensor's offset and scale."""
+def test_overload_gives_full_scale_on_every_board(seed: int, moving: bool) -> None:
+    """At four times full scale, the converter clips as the final step, after the sensor's offset and scale."""
     board = Board(seed=seed)
     board.world.set_gravity(8 * 9.80665)
     for bus_write in (b"\x10\x40", b"\x11\x40"):  # CTRL1_XL: 104 Hz, 2 g; CTRL2_G: 104 Hz, 250 dps

@@ -31,7 +31,7 @@ def test_every_sensor_answers_at_its_address(address: int, register: int, identi
         (0, 0, 1 + 9 + 1),  # a scan: only the address
     ],
 )
-def test_transfer_takes_its_bits_at_400_khz(written: int, read: int, bits: int) -> None:
+def test_transfer_takes_time_of_bits_at_400_khz(written: int, read: int, bits: int) -> None:
     board = Board()
     if written and read:
         board.i2c2.write_read(LSM6DSL, bytes(written), read)
@@ -49,7 +49,7 @@ def test_i2c_read_continues_at_next_register() -> None:
     assert board.i2c2.read(LPS22HB, 2) == b"\x00\x10"  # CTRL_REG1, CTRL_REG2 at reset
 
 
-def test_absent_address_is_nack() -> None:
+def test_absent_address_causes_nack() -> None:
     board = Board()
     with pytest.raises(I2CNackError, match="0x42") as caught:
         board.i2c2.write_read(0x42, b"\x0f", 1)
@@ -57,7 +57,7 @@ def test_absent_address_is_nack() -> None:
     assert board.clock.now_ps == (1 + 9 + 1) * PS_PER_S // 400_000
 
 
-def test_absent_device_comes_back() -> None:
+def test_device_answers_again_after_absent_fault() -> None:
     board = Board()
     board.i2c2.inject(I2CFault("absent", 0, 10e-3, address=LSM6DSL))
     with pytest.raises(I2CNackError):
@@ -85,7 +85,7 @@ def test_stuck_line_times_out_as_in_hal() -> None:
     assert board.now_s == pytest.approx(0.025)
 
 
-def test_bus_error_is_typed() -> None:
+def test_bus_error_fault_raises_bus_error() -> None:
     board = Board()
     board.i2c2.inject(I2CFault("bus_error", address=LIS2MDL))
     with pytest.raises(I2CBusError):
@@ -106,7 +106,7 @@ def test_impossible_length_is_refused() -> None:
     assert refused.value.kind == "read_length"
 
 
-def test_trace_names_registers_when_enabled() -> None:
+def test_trace_shows_names_of_registers_when_enabled() -> None:
     board = Board()
     board.i2c2.write(LSM6DSL, b"\x10\xa8")
     assert not board.trace.of(BusTransfer)

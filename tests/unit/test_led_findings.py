@@ -60,7 +60,7 @@ def result(is_lit: Callable[[int], bool]) -> ExpectationResult:
     return expected.evaluate(seen)
 
 
-def test_right_led_has_no_finding() -> None:
+def test_correct_led_has_no_finding() -> None:
     assert finding(lambda at_ms: abs(pitch(at_ms)) > 80) == ""
 
 
@@ -79,7 +79,7 @@ def test_led_switched_in_main_is_late(first_ms: int, age_ms: int) -> None:
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize("age_ms", [0, PASS_MS])
 @pytest.mark.parametrize("first_ms", [0, 300, 700])
-def test_late_led_of_one_side_is_one_sided(first_ms: int, age_ms: int, side: int) -> None:
+def test_one_sided_late_led_is_reported_one_sided(first_ms: int, age_ms: int, side: int) -> None:
     """There are two mistakes: the finding has a time on the dark side, and states the delay on the other side."""
 
     def is_lit(at_ms: int) -> bool:
@@ -95,7 +95,7 @@ def test_late_led_of_one_side_is_one_sided(first_ms: int, age_ms: int, side: int
     assert side * float(moment[1]) < -80
 
 
-def test_prompt_led_of_one_side_is_not_late() -> None:
+def test_one_sided_led_without_delay_is_not_late() -> None:
     found = result(lambda at_ms: pitch(at_ms) > 80)
     assert "late" not in found.seen
 
@@ -112,11 +112,11 @@ def test_prompt_led_of_one_side_is_not_late() -> None:
         (lambda _at_ms: False, "never lit"),
     ],
 )
-def test_led_finding_names_mistake(is_lit: Callable[[int], bool], found: str) -> None:
+def test_led_finding_states_mistake(is_lit: Callable[[int], bool], found: str) -> None:
     assert finding(is_lit) == found
 
 
-def test_led_finding_does_not_tell_wanted_threshold() -> None:
+def test_led_finding_does_not_reveal_required_threshold() -> None:
     found = result(lambda at_ms: abs(pitch(at_ms)) > 60)
 
     assert found.mistake == "threshold"

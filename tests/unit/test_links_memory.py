@@ -22,7 +22,7 @@ def test_sent_bytes_are_collected_in_order() -> None:
     assert link.sent == b"LAB3 Init...\n"
 
 
-def test_fed_bytes_arrive_once() -> None:
+def test_fed_bytes_arrive_exactly_once() -> None:
     link = MemoryLink()
     link.feed(b"a")
     link.feed(b"\x00\xff")
@@ -30,7 +30,7 @@ def test_fed_bytes_arrive_once() -> None:
     assert link.receive(1 << 20) == b""
 
 
-def test_closed_link_takes_and_gives_nothing() -> None:
+def test_closed_link_accepts_and_returns_no_bytes() -> None:
     link = MemoryLink()
     link.send(b"kept")
     link.feed(b"late")
@@ -42,14 +42,14 @@ def test_closed_link_takes_and_gives_nothing() -> None:
     assert link.closed
 
 
-def test_nothing_is_announced_or_lost() -> None:
+def test_memory_link_has_no_announcement_or_report() -> None:
     link = MemoryLink()
     assert link.announce() == []
     assert link.report() == []
 
 
 @given(limit=st.integers(0, 50), pieces=st.lists(st.binary(max_size=40)))
-def test_backlog_keeps_newest_and_counts_lost(limit: int, pieces: list[bytes]) -> None:
+def test_backlog_keeps_newest_and_counts_lost_bytes(limit: int, pieces: list[bytes]) -> None:
     backlog = Backlog(limit)
     lost = sum(backlog.put(piece) for piece in pieces)
     everything = b"".join(pieces)
@@ -60,7 +60,7 @@ def test_backlog_keeps_newest_and_counts_lost(limit: int, pieces: list[bytes]) -
 
 
 @given(data=st.binary(max_size=60), first=st.integers(0, 70))
-def test_backlog_is_taken_from_its_oldest_end(data: bytes, first: int) -> None:
+def test_backlog_returns_oldest_bytes_first(data: bytes, first: int) -> None:
     backlog = Backlog(100)
     backlog.put(data)
     assert backlog.peek(first) == data[:first]
@@ -68,7 +68,7 @@ def test_backlog_is_taken_from_its_oldest_end(data: bytes, first: int) -> None:
     assert backlog.take() == data[first:]
 
 
-def test_lowered_limit_holds_from_next_put() -> None:
+def test_lowered_limit_applies_from_next_put() -> None:
     backlog = Backlog(10)
     backlog.put(b"0123456789")
     backlog.limit = 4

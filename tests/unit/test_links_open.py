@@ -1,4 +1,4 @@
-"""The value of ``--serial``, and the time that the end of a run waits."""
+"""The value of ``--serial``, and the time for which the end of a run waits."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from fcu_emulator.emulator.links import CHOICES, StdoutLink, byte_link, open_lin
 from fcu_emulator.emulator.links.byte_link import Patience
 
 
-def test_stdout_is_link(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_stdout_value_opens_stdout_link(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "isatty", lambda fd: False)  # the terminal of who runs the tests stays theirs
     link = open_link("stdout")
     link.close()
@@ -100,7 +100,7 @@ def wall(monkeypatch: pytest.MonkeyPatch) -> WallClock:
     return clock
 
 
-def test_patience_ends_at_timeout_despite_progress(wall: WallClock) -> None:
+def test_wait_ends_at_timeout_despite_progress(wall: WallClock) -> None:
     waiting = Patience(timeout_s=3.0)
     for step in range(3):
         wall.now_s = 100.0 + step
@@ -109,7 +109,7 @@ def test_patience_ends_at_timeout_despite_progress(wall: WallClock) -> None:
     assert waiting.wait_s(1) == 0.0
 
 
-def test_patience_ends_two_seconds_after_last_progress(wall: WallClock) -> None:
+def test_wait_ends_two_seconds_after_latest_progress(wall: WallClock) -> None:
     waiting = Patience(timeout_s=60.0)
     assert waiting.wait_s(10) == 2.0
     wall.now_s = 101.5

@@ -35,7 +35,7 @@ def link(port: Path) -> Iterator[ByteLink]:
     link.close()
 
 
-def test_announce_names_port_and_commands_to_paste(tmp_path: Path) -> None:
+def test_announcement_shows_port_and_commands_to_paste(tmp_path: Path) -> None:
     port = tmp_path / "my board"
     with contextlib.closing(open_link(f"pty:{port}")) as link:
         first, *commands = link.announce()
@@ -49,7 +49,9 @@ def test_announce_names_port_and_commands_to_paste(tmp_path: Path) -> None:
     ]
 
 
-def test_default_names_count_up_in_private_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_default_names_are_numbered_in_private_directory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     directory = tmp_path / "fcu-emulator"
     with contextlib.closing(open_link("pty")) as first, contextlib.closing(open_link("pty")) as second:
@@ -71,7 +73,7 @@ def test_temporary_directory_is_used_without_runtime_directory(
         assert (tmp_path / f"fcu-emulator-{os.geteuid()}" / "ttyFCU0").is_char_device()
 
 
-def test_directory_planted_by_link_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_directory_that_is_symbolic_link_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "fcu-emulator").symlink_to(tmp_path / "elsewhere")
@@ -99,7 +101,7 @@ def test_stale_link_to_another_terminal_is_taken_over(port: Path) -> None:
         assert port.readlink() != Path("/dev/null")
 
 
-def test_living_boards_name_is_refused(link: ByteLink, port: Path) -> None:
+def test_name_of_running_board_is_refused(link: ByteLink, port: Path) -> None:
     with pytest.raises(LinkError) as caught:
         open_link(f"pty:{port}")
     assert caught.value.kind == "name_in_use"

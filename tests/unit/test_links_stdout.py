@@ -66,13 +66,13 @@ def test_all_byte_values_pass_without_newline_translation(pipe: Pipe) -> None:
     assert pipe.read_exactly(256) == ALL_BYTES
 
 
-def test_each_send_is_visible_at_once(pipe: Pipe) -> None:
+def test_each_send_is_visible_immediately(pipe: Pipe) -> None:
     for line in (b"one\n", b"two"):
         pipe.link.send(line)
         assert pipe.read_exactly(len(line)) == line
 
 
-def test_text_printed_before_stays_before(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_earlier_text_is_printed_before_link_output(monkeypatch: pytest.MonkeyPatch) -> None:
     memory = io.TextIOWrapper(io.BytesIO())
     monkeypatch.setattr(sys, "stdout", memory)
     memory.write("before ")
@@ -107,7 +107,7 @@ def test_non_blocking_descriptor_loses_nothing(pipe: Pipe) -> None:
     assert pipe.link.report() == []
 
 
-def test_blocked_reader_loses_oldest_beyond_16_mebibytes(pipe: Pipe, words: Words) -> None:
+def test_blocked_reader_loses_oldest_bytes_beyond_16_mebibytes(pipe: Pipe, words: Words) -> None:
     for _ in range(18):
         pipe.link.send(bytes(MIB))
     (line,) = pipe.link.report()
@@ -225,12 +225,12 @@ def test_failed_keyboard_read_is_retried(monkeypatch: pytest.MonkeyPatch) -> Non
     assert keyboard.read(100) == b"ed"
 
 
-def test_announce_omits_typing_without_keyboard(pipe: Pipe, words: Words) -> None:
+def test_announcement_omits_typing_without_keyboard(pipe: Pipe, words: Words) -> None:
     (line,) = pipe.link.announce()
     words("run", line)
 
 
-def test_flush_with_nothing_queued_returns_at_once(pipe: Pipe) -> None:
+def test_flush_with_nothing_queued_returns_immediately(pipe: Pipe) -> None:
     started_s = time.monotonic()
     pipe.link.flush(6 * DEADLINE_S)
     assert time.monotonic() - started_s < DEADLINE_S

@@ -24,7 +24,7 @@ def field_of(chip: Chip, *counts: int) -> None:
     chip.set("magnetic_field_mgauss", *(1.5 * count for count in counts))
 
 
-def test_lis2mdl_application_note_example() -> None:
+def test_output_equals_example_of_application_note() -> None:
     """AN5069 section 6: the bytes 21 00 1D FF CB FE are 33, -227 and -309 LSB."""
     chip = Chip("LIS2MDL")
     field_of(chip, 33, -227, -309)
@@ -64,7 +64,7 @@ def test_single_measurement_ends_in_idle(config_a: int, config_b: int, turn_on_u
     assert chip.byte(STATUS_REG) == 0, "no second sample"
 
 
-def test_second_trigger_does_not_restart_measurement() -> None:
+def test_trigger_during_measurement_does_not_restart_it() -> None:
     """ST's examples write MD = 01 in the loop in which they poll."""
     chip = Chip("LIS2MDL")
     chip.write(CFG_REG_A, 0x81)
@@ -78,7 +78,7 @@ def test_second_trigger_does_not_restart_measurement() -> None:
     assert chip.is_ready(MAGNETOMETER)
 
 
-def test_second_trigger_starts_next_measurement() -> None:
+def test_trigger_after_measurement_starts_next_one() -> None:
     """This also applies if the first measurement was not read, and without clearing its flag."""
     chip = Chip("LIS2MDL")
     chip.write(CFG_REG_A, 0x81)
@@ -91,7 +91,7 @@ def test_second_trigger_starts_next_measurement() -> None:
     assert chip.byte(CFG_REG_A) == 0x83
 
 
-def test_single_measurement_samples_at_its_own_time() -> None:
+def test_single_measurement_takes_its_sample_when_triggered() -> None:
     chip = Chip("LIS2MDL")
     field_of(chip, 1, 1, 1)
     before = chip.world.signals["magnetic_field_mgauss"]
@@ -193,7 +193,7 @@ def test_soft_reset_enters_idle() -> None:
     assert chip.counts(MAGNETOMETER) == (0, 0, 0)
 
 
-def test_soft_reset_repeats_without_polling() -> None:
+def test_soft_reset_can_be_repeated_without_polling() -> None:
     chip = Chip("LIS2MDL")
     chip.write(CFG_REG_A, 0x20)
     chip.wait(PS_PER_MS)
@@ -205,7 +205,7 @@ def test_soft_reset_repeats_without_polling() -> None:
 
 
 def test_reboot_takes_20_ms_and_ends_in_idle(words: Words) -> None:
-    """AN5069 section 7. Together with SOFT_RST it is forbidden."""
+    """AN5069 section 7. REBOOT together with SOFT_RST is forbidden."""
     chip = Chip("LIS2MDL")
     chip.write(CFG_REG_A, 0x8C)
     chip.write(CFG_REG_A, 0xCC)
@@ -221,7 +221,7 @@ def test_reboot_takes_20_ms_and_ends_in_idle(words: Words) -> None:
 
 
 def test_thermometer_needs_comp_temp_en() -> None:
-    """Datasheet T26: it must be 1 for correct operation. It may be switched during measurements."""
+    """Datasheet T26: the bit must be 1 for correct operation. The bit may be switched during measurements."""
     chip = Chip("LIS2MDL")
     chip.set("temperature_degc", 30.0)
     chip.write(CFG_REG_A, 0x0C)

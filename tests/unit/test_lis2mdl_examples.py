@@ -27,7 +27,7 @@ def read_when_ready(chip: Chip) -> tuple[int, ...]:
     raise AssertionError("no data within 120 ms")
 
 
-def test_soft_reset_then_poll() -> None:
+def test_soft_reset_ends_within_four_polls() -> None:
     """ST's driver writes 0x20 and polls at most four times, 1 ms apart."""
     chip = Chip("LIS2MDL")
     chip.configure(((CFG_REG_A, 0x8C), (CFG_REG_B, 0x02)))
@@ -44,8 +44,8 @@ def test_soft_reset_then_poll() -> None:
     assert (chip.byte(CFG_REG_A), chip.byte(CFG_REG_B)) == (0x03, 0x00)
 
 
-def test_read_data_polling() -> None:
-    """BDU, 10 Hz, cancellation, temperature compensation, continuous, each by read-modify-write."""
+def test_polled_data_equal_field() -> None:
+    """Set BDU, 10 Hz, cancellation, temperature compensation and continuous mode, each by read-modify-write."""
     chip = Chip("LIS2MDL", LIS2MDLErrors(set_reset_offset_mgauss=(90.0, 90.0, 90.0)))
     for register, mask, value in (
         (CFG_REG_C, 0x10, 0x10),
@@ -60,7 +60,7 @@ def test_read_data_polling() -> None:
     assert chip.notes == []
 
 
-def test_single_mode_by_writing_md_in_loop() -> None:
+def test_md_writes_in_loop_do_not_restart_measurement() -> None:
     """The example triggers and polls in the same loop: repeated writes of MD = 01 must not restart the measurement."""
     chip = Chip("LIS2MDL")
     set_field(chip, CFG_REG_A, 0x80, 0x80)
@@ -74,7 +74,7 @@ def test_single_mode_by_writing_md_in_loop() -> None:
     assert found == [(133, 0, -267)] * 5, "every 10 ms: 9.4 ms and the rest of a millisecond"
 
 
-def test_single_mode_host_averages_two() -> None:
+def test_mean_of_two_single_measurements_cancels_offset() -> None:
     """AN5069 section 8."""
     chip = Chip("LIS2MDL", LIS2MDLErrors(set_reset_offset_mgauss=(90.0, -45.0, 60.0)))
     chip.configure(((CFG_REG_B, OFF_CANC_AND_ONE_SHOT), (CFG_REG_A, 0x8F)))
@@ -89,7 +89,7 @@ def test_single_mode_host_averages_two() -> None:
 
 @pytest.mark.parametrize("config_b", [0x02, 0x00], ids=["application note", "ST's example"])
 @pytest.mark.parametrize("seed", range(3))
-def test_self_test(config_b: int, seed: int) -> None:
+def test_self_test_moves_mean_within_limits(config_b: int, seed: int) -> None:
     """AN5069 figure 4: the mean of 50 samples moves by 15 to 500 mgauss, on a typical sensor with its noise."""
     chip = Chip("LIS2MDL", LIS2MDLErrors.of_quality("typical", seed), seed)
 
@@ -109,7 +109,7 @@ def test_self_test(config_b: int, seed: int) -> None:
     assert chip.byte(CFG_REG_A) == 0x83
 
 
-def test_six_offset_bytes_in_one_write() -> None:
+def test_six_offset_bytes_are_written_in_one_burst() -> None:
     """ST's driver writes all of 0x45 to 0x4A at once. Here they are the counts of the field, so the result is 0."""
     chip = Chip("LIS2MDL")
     chip.write(OFFSET_X_REG_L, *(133).to_bytes(2, "little"), 0, 0, *(0x10000 - 267).to_bytes(2, "little"))

@@ -43,7 +43,7 @@ from tests.support.sensor_fakes import MAGNETOMETER, Chip, constant
     ],
 )
 def test_each_axis_is_compared_both_ways(field: tuple[float, float, float], expected: int) -> None:
-    """Datasheet T36: above the positive threshold, or below the negative one. INT (bit 0) is set with any."""
+    """Datasheet T36: above the positive threshold, or below the negative one. INT (bit 0) is set with any of these bits."""
     chip = played(field)
     threshold(chip, 100, XYZ | IEA | IEN)
 
@@ -57,7 +57,7 @@ def test_axes_that_are_not_enabled_are_not_compared() -> None:
     assert sources(chip, 1) == [0x41]
 
 
-def test_without_latch_register_follows_latest_sample() -> None:
+def test_unlatched_register_follows_latest_sample() -> None:
     chip = x_counts(0, 200, 200, 0, -200)
     threshold(chip, 100, XYZ | IEA | IEN)
 
@@ -203,7 +203,7 @@ def test_new_threshold_applies_from_next_sample() -> None:
 
 @pytest.mark.parametrize("single", [False, True])
 def test_comparison_includes_output_noise(single: bool) -> None:
-    """It also applies after times without reads: X is over 0 exactly when its output is."""
+    """The bits show X above or below 0 exactly when the output of X is, also after times without reads."""
     chip = Chip("LIS2MDL", LIS2MDLErrors(noise_mgauss=30.0), seed=2)
     chip.set("magnetic_field_mgauss", 0.0, 0.0, 0.0)
     for _ in range(3):

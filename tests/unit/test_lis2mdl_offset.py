@@ -54,7 +54,7 @@ def single(chip: Chip) -> tuple[int, ...]:
 
 
 @pytest.mark.parametrize("config_b", [0x00, SET_FREQ, LPF])
-def test_without_cancellation_every_sample_holds_hoff(config_b: int) -> None:
+def test_without_cancellation_every_sample_contains_hoff(config_b: int) -> None:
     assert set(run(started(config_b), 200)) == {PLUS}
 
 
@@ -64,7 +64,7 @@ def test_cancellation_removes_hoff_from_first_sample(config_b: int) -> None:
     assert set(run(started(config_b), 200)) == {NONE}
 
 
-def test_cancellation_switched_on_while_measuring() -> None:
+def test_cancellation_can_be_enabled_while_measuring() -> None:
     """The lab's set-up writes CFG_REG_A first, then CFG_REG_B."""
     chip = started(0x00)
     before = run(chip, 3)
@@ -77,7 +77,7 @@ def test_cancellation_switched_on_while_measuring() -> None:
 
 
 @pytest.mark.parametrize(("measured", "kept"), [(10, PLUS), (11, MINUS)])
-def test_disabled_cancellation_keeps_last_polarity_until_set_pulse(
+def test_disabled_cancellation_keeps_latest_polarity_until_set_pulse(
     measured: int, kept: tuple[int, ...]
 ) -> None:
     """Alternation begins with a reset pulse. Set pulses come every 63 samples after leaving idle."""
@@ -91,7 +91,7 @@ def test_disabled_cancellation_keeps_last_polarity_until_set_pulse(
     assert rest == [kept] * (63 - measured) + [PLUS] * (200 - 63 + measured)
 
 
-def test_set_freq_sends_set_pulse_on_leaving_idle() -> None:
+def test_set_freq_bit_sends_set_pulse_after_idle() -> None:
     chip = started(OFF_CANC | SET_FREQ)
     run(chip, 10)
     chip.counts(MAGNETOMETER)  # the 11th
@@ -118,7 +118,7 @@ def test_single_measurements_alternate_with_one_shot_cancellation() -> None:
 
 
 @pytest.mark.parametrize("config_b", [0x00, LPF, SET_FREQ, OFF_CANC])
-def test_other_single_measurements_hold_hoff(config_b: int) -> None:
+def test_other_single_measurements_contain_hoff(config_b: int) -> None:
     chip = chip_with_hoff(config_b)
 
     assert [single(chip) for _ in range(4)] == [PLUS] * 4
@@ -145,7 +145,7 @@ def test_one_shot_cancellation_needs_off_canc(words: Words) -> None:
         (LPF | OFF_CANC, [0, 0, 500, 1000]),
     ],
 )
-def test_field_step_passes_through_mean_of_two(config_b: int, expected: list[int]) -> None:
+def test_field_step_shows_mean_of_two_with_averaging(config_b: int, expected: list[int]) -> None:
     chip = Chip("LIS2MDL")
     first_ps = TURN_ON_PS + (PERIOD_PS if config_b & OFF_CANC else 0)
     at_s = (first_ps + 1.5 * PERIOD_PS) / PS_PER_S
@@ -181,7 +181,9 @@ def test_filter_starts_with_its_first_sample() -> None:
         (LPF | OFF_CANC, 0x9C, 6.0, 0.5),
     ],
 )
-def test_noise_of_mean_of_two(config_b: int, config_a: int, rms: float, correlation: float) -> None:
+def test_mean_of_two_has_documented_noise(
+    config_b: int, config_a: int, rms: float, correlation: float
+) -> None:
     """The RMS of Table 3. Neighbours share a measurement, which halves the bandwidth. 4000 samples are used."""
     chip = Chip("LIS2MDL", LIS2MDLErrors(noise_mgauss=4.5), seed=4)
     chip.set("magnetic_field_mgauss", 0.0, 0.0, 0.0)
@@ -222,7 +224,7 @@ def test_single_measurements_are_not_averaged() -> None:
     assert noise.std(axis=0) == pytest.approx([4.5] * 3, rel=0.1)
 
 
-def test_self_test_passes_cancellation_at_full_size() -> None:
+def test_self_test_is_not_reduced_by_cancellation() -> None:
     """The field of the coil does not change its sign with the pulses. Datasheet T3."""
     chip = started(OFF_CANC)
     chip.write(CFG_REG_C, 0x02)

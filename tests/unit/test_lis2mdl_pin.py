@@ -65,7 +65,7 @@ def test_latched_int_pin_falls_on_register_read(polarity: int, active: int) -> N
     assert edges == [(0, 1 - active), (at(1), active), (read_ps, 1 - active)]
 
 
-def test_latched_int_pin_stays_when_polled_every_sample() -> None:
+def test_latched_int_pin_stays_high_between_polled_samples() -> None:
     chip = x_counts(0, 200, 0, 0)
     threshold(chip, 100, XYZ | IEA | IEL | IEN)
     edges = watched(chip, INT_ON_PIN)
@@ -90,7 +90,7 @@ def test_data_ready_falls_on_high_byte_read() -> None:
     assert edges == [(0, 0), (at(0), 1), (at(2) + 500, 0), (at(3), 1), (at(5), 0)]
 
 
-def test_data_ready_of_single_measurement() -> None:
+def test_single_measurement_raises_data_ready_pin() -> None:
     chip = x_counts(1)
     edges = watched(chip, DRDY_ON_PIN)
     chip.write(CFG_REG_A, 0x81)
@@ -103,7 +103,7 @@ def test_data_ready_of_single_measurement() -> None:
     assert chip.part.next_event_ps() == NEVER_PS
 
 
-def test_pending_data_ready_shows_when_routed() -> None:
+def test_pending_data_ready_appears_on_pin_when_routed() -> None:
     chip = x_counts(1)
     chip.write(CFG_REG_A, 0x8C)
     chip.t_ps = at(0) + 1
@@ -111,7 +111,7 @@ def test_pending_data_ready_shows_when_routed() -> None:
     assert watched(chip, DRDY_ON_PIN) == [(at(0) + 1, 1)]
 
 
-def test_int_goes_before_data_ready() -> None:
+def test_int_has_priority_over_data_ready() -> None:
     """Datasheet T29: with both bits set the pin shows INT."""
     chip = x_counts(0, 200)
     threshold(chip, 100, XYZ | IEA | IEN)
@@ -137,7 +137,7 @@ def test_in_4_wire_spi_pin_is_sdo(words: Words) -> None:
     words("sensors", texts(chip.notes))
 
 
-def test_catch_up_reports_every_edge_in_time() -> None:
+def test_catch_up_reports_every_edge_at_its_time() -> None:
     """A board catches up in this way if the pin is connected."""
     chip = x_counts(0, 200, 0, 200, 0)
     threshold(chip, 100, XYZ | IEA | IEN)

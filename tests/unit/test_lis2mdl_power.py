@@ -30,11 +30,11 @@ def test_registers_answer_20_ms_after_power_on() -> None:
     assert [part.accessible(PS_PER_MS + ps) for ps in (0, BOOT_PS - 1, BOOT_PS)] == [False, False, True]
 
 
-def test_part_is_taken_as_powered_long_ago() -> None:
+def test_default_sensor_was_powered_on_long_ago() -> None:
     assert Chip("LIS2MDL").part.accessible(0)
 
 
-def test_after_power_on_part_is_idle() -> None:
+def test_sensor_is_idle_after_power_on() -> None:
     part = LIS2MDL(constant(0.0, 0.0, 0.0), constant(25.0), powered_on_ps=0)
 
     assert part.read(CFG_REG_A, 1, BOOT_PS) == b"\x03"
@@ -91,7 +91,7 @@ def test_measurement_requested_during_reboot_starts_after_it() -> None:
     assert chip.byte(STATUS_REG) == 0x0F
 
 
-def test_soft_reset_takes_reboots_measurement_back() -> None:
+def test_soft_reset_cancels_measurement_of_reboot() -> None:
     chip = Chip("LIS2MDL")
     chip.write(CFG_REG_A, 0xC3)
     chip.wait(PS_PER_MS)
@@ -113,7 +113,9 @@ def test_soft_reset_takes_reboots_measurement_back() -> None:
         (True, True, (50, 100, 235, 460)),
     ],
 )
-def test_current_in_continuous_mode(low_power: bool, cancelling: bool, microampere: tuple[int, ...]) -> None:
+def test_current_in_continuous_mode_equals_datasheet(
+    low_power: bool, cancelling: bool, microampere: tuple[int, ...]
+) -> None:
     """The datasheet's and AN5069's figures at 10, 20, 50 and 100 Hz."""
     chip = Chip("LIS2MDL")
     chip.write(CFG_REG_B, 0x02 * cancelling)
@@ -136,10 +138,10 @@ def test_current_in_continuous_mode(low_power: bool, cancelling: bool, microampe
         (0x8D, 10, 100),  # ODR does not matter
     ],
 )
-def test_current_in_idle_and_with_single_measurements(
+def test_current_in_idle_and_single_mode_is_documented(
     config_a: int, single_hz: float, microampere: float
 ) -> None:
-    """(I10 - Ipd) * ODR / 10 + Ipd."""
+    """The formula is (I10 - Ipd) * ODR / 10 + Ipd."""
     part = LIS2MDL(constant(0.0, 0.0, 0.0), constant(25.0))
     part.write(CFG_REG_A, bytes([config_a]), 0)
 

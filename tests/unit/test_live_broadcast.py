@@ -74,8 +74,8 @@ def test_state_is_sent_every_20_ms_during_changes(sent: Sent, every: int) -> Non
     assert max(gaps(sent.times(messages.State))) <= 20 + every
 
 
-def test_slow_machine_sends_state_per_poll(sent: Sent) -> None:
-    """It does not send more frames later to catch up."""
+def test_slow_machine_sends_one_state_per_poll(sent: Sent) -> None:
+    """A slow machine does not send more frames later to catch up."""
     sent.pass_ms(500, 50, changed=True)
     assert sent.times(messages.State) == list(range(50, 501, 50))
     sent.pass_ms(60, changed=True)
@@ -90,7 +90,7 @@ def test_idle_state_is_sent_at_2_hz(sent: Sent) -> None:
 
 
 @pytest.mark.parametrize(("after_ms", "shown_ms"), [(1, 5), (4, 5), (8, 9), (18, 19)])
-def test_command_is_shown_5_ms_after_state(sent: Sent, after_ms: int, shown_ms: int) -> None:
+def test_command_result_is_sent_5_ms_after_state(sent: Sent, after_ms: int, shown_ms: int) -> None:
     sent.pass_ms(100, changed=True)
     while sent.times(messages.State)[-1] != sent.wall_ms:
         sent.pass_ms(1, changed=True)
@@ -104,7 +104,7 @@ def test_command_is_shown_5_ms_after_state(sent: Sent, after_ms: int, shown_ms: 
     assert shown[0] - state_ms == pytest.approx(shown_ms, abs=1)
 
 
-def test_frame_wait_depends_on_changes_and_clients(sent: Sent) -> None:
+def test_wait_for_frame_depends_on_changes_and_clients(sent: Sent) -> None:
     sent.pass_ms(100, changed=True)
     last_ms = sent.times(messages.State)[-1]
 
@@ -182,7 +182,7 @@ def test_findings_are_sent_every_2_s() -> None:
 # -- pace ---------------------------------------------------------------------------------------------------
 
 
-def test_pace_is_that_of_last_second() -> None:
+def test_pace_is_that_of_preceding_second() -> None:
     sent = Sent(Board("lab3", ideal=True))
     sent.pass_ms(1010, speed=0.5)
     sent.pass_ms(1100, speed=0.25)
@@ -222,7 +222,7 @@ class Loud:
         """The timer is not used."""
 
 
-def test_new_page_gets_last_64_kib_once() -> None:
+def test_new_page_gets_latest_64_kib_only_once() -> None:
     sent = Sent(Board(Loud))
     sent.clients.clear()
     sent.board.run_for(7)

@@ -16,7 +16,7 @@ CTRL_REG1, CTRL_REG2, RPDS_L, RES_CONF = 0x10, 0x11, 0x18, 0x1A
 STATUS, PRESS_OUT_XL = 0x27, 0x28
 
 
-def test_datasheet_example() -> None:
+def test_pressure_equals_example_of_datasheet() -> None:
     """Datasheet 4.5: 3FF58Dh is 4191629 LSB. The 1023.3 hPa in the datasheet are rounded to one decimal."""
     chip = Chip("LPS22HB")
     chip.set("pressure_hpa", 0x3FF58D / 4096)
@@ -63,7 +63,7 @@ def test_pressure_outside_specified_range_is_noted_once(words: Words) -> None:
 # -- output ---------------------------------------------------------------------------------------------
 
 
-def test_burst_turns_back_after_temperature() -> None:
+def test_burst_wraps_after_temperature() -> None:
     """Datasheet 5.8: 0x2C is followed by 0x28."""
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG1, 0x50)
@@ -98,7 +98,7 @@ def test_rpds_is_subtracted_in_sixteenths_of_hpa(count: int) -> None:
 
 
 def test_bdu_holds_outputs_until_press_out_h() -> None:
-    """Datasheet 9.5: 0x2A must be read last."""
+    """Datasheet 9.5: 0x2A must be read after the other bytes."""
     chip = Chip("LPS22HB")
     chip.world.signals["pressure_hpa"] = ramp((300.0,), (100.0,))
     chip.world.signals["temperature_degc"] = ramp((0.0,), (20.0,))
@@ -172,7 +172,7 @@ def test_sim_and_i2c_dis_choose_bus() -> None:
         (0x60, 0x00, 1),
     ],
 )
-def test_supply_current(control1: int, res_conf: int, microampere: float) -> None:
+def test_supply_current_equals_datasheet(control1: int, res_conf: int, microampere: float) -> None:
     """Datasheet T3 at 1 Hz and in power-down."""
     chip = Chip("LPS22HB")
     chip.write(RES_CONF, res_conf)
@@ -180,7 +180,7 @@ def test_supply_current(control1: int, res_conf: int, microampere: float) -> Non
     assert chip.part.supply_current_ua() == microampere
 
 
-def test_rpds_in_single_counts_as_setting() -> None:
+def test_unit_of_rpds_can_be_single_counts() -> None:
     """The unit is that in the header of ST's driver for the STEVAL-FCU001V1."""
     part = LPS22HB(constant(1000.0), constant(20.0), rpds_counts_per_lsb=1)
     part.write(RPDS_L, b"\x05\x00", 0)

@@ -41,7 +41,7 @@ def test_one_shot_measures_once(res_conf: int, conversion_ms: int) -> None:
     assert chip.byte(STATUS) == 0x00, "no second sample"
 
 
-def test_one_shot_write_while_busy_does_not_restart() -> None:
+def test_write_during_one_shot_does_not_restart_it() -> None:
     """ST's example sets the bit at every poll."""
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG2, 0x11)
@@ -65,7 +65,7 @@ def test_write_of_0_does_not_end_one_shot() -> None:
     assert (chip.byte(CTRL_REG2), chip.byte(STATUS)) == (0x10, 0x03)
 
 
-def test_one_shot_works_again_and_again() -> None:
+def test_one_shot_can_be_repeated() -> None:
     chip = Chip("LPS22HB")
     for _ in range(3):
         chip.write(CTRL_REG2, 0x11)
@@ -143,7 +143,7 @@ def test_boot_with_swreset_works() -> None:
     assert chip.notes == []
 
 
-def test_ctrl_reg2_0xf8_still_measures() -> None:
+def test_sensor_measures_with_ctrl_reg2_0xf8() -> None:
     """FIFO_EN in bypass mode gives plain outputs, and BOOT clears itself."""
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG2, 0xF8)
@@ -173,7 +173,7 @@ def test_undefined_rate_measures_nothing_and_is_noted(code: int, words: Words) -
 
 
 @pytest.mark.parametrize(("control1", "boots_ps"), [(0x00, PS_PER_MS), (0x30, 40 * PS_PER_MS)])
-def test_boot_status_is_set_while_part_boots(control1: int, boots_ps: int) -> None:
+def test_boot_status_is_set_while_sensor_boots(control1: int, boots_ps: int) -> None:
     """Datasheet 9.15; 9.6: the boot takes one period of the data rate."""
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG1, control1)
@@ -186,7 +186,7 @@ def test_boot_status_is_set_while_part_boots(control1: int, boots_ps: int) -> No
     assert chip.byte(CTRL_REG1) == control1
 
 
-def test_power_on_as_setting() -> None:
+def test_power_on_time_and_counts_can_be_set() -> None:
     """No time is documented. 2F6666h was observed before the first conversion."""
     part = LPS22HB(constant(1000.0), constant(20.0), powered_on_ps=PS_PER_MS, power_on_counts=0x2F6666)
 
@@ -198,7 +198,7 @@ def test_power_on_as_setting() -> None:
     assert part.read(PRESS_OUT_XL, 3, PS_PER_S) == (1000 * 4096).to_bytes(3, "little")
 
 
-def test_another_rate_ends_one_shot() -> None:
+def test_rate_change_ends_one_shot() -> None:
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG2, 0x11)
     chip.write(CTRL_REG1, 0x10)

@@ -51,7 +51,7 @@ def after(chip: Chip, samples: int) -> Chip:
 
 
 @pytest.mark.parametrize("fifo_ctrl", [0x00, 0x1F, 0xA0])
-def test_in_bypass_output_is_latest_sample(fifo_ctrl: int) -> None:
+def test_output_in_bypass_is_latest_sample(fifo_ctrl: int) -> None:
     """Datasheet 5.1. The reserved mode 101b is treated as bypass."""
     chip = after(collecting(fifo_ctrl), 40)
     assert chip.byte(FIFO_STATUS) == 0x00
@@ -62,7 +62,7 @@ def test_in_bypass_output_is_latest_sample(fifo_ctrl: int) -> None:
     assert all("FIFO_CTRL.F_MODE" in text for _, text in forbidden)
 
 
-def test_without_fifo_en_no_mode_collects() -> None:
+def test_without_fifo_en_no_mode_stores_samples() -> None:
     chip = collecting(STREAM)
     chip.write(CTRL_REG2, 0x10)
     after(chip, 5)
@@ -70,7 +70,7 @@ def test_without_fifo_en_no_mode_collects() -> None:
 
 
 @pytest.mark.parametrize("write", [(FIFO_CTRL, 0x00), (CTRL_REG2, 0x10), (CTRL_REG2, 0x54)])
-def test_bypass_fifo_en_off_and_swreset_empty_it(write: tuple[int, int]) -> None:
+def test_bypass_or_disabling_or_swreset_empties_fifo(write: tuple[int, int]) -> None:
     """Datasheet 5.2: FIFO mode is restarted by a change to bypass."""
     chip = after(collecting(FIFO), 40)
     assert chip.byte(FIFO_STATUS) == OVR | 32
@@ -145,8 +145,8 @@ def test_stream_overwrites_oldest(mode: int) -> None:
     assert chip.read(PRESS_OUT_XL, 155) == levels(*range(10, 41))
 
 
-def test_emptied_stream_repeats_its_last_level() -> None:
-    """Datasheet 5.3: the fill level goes from 0 to 2 at once."""
+def test_emptied_stream_repeats_its_latest_level() -> None:
+    """Datasheet 5.3: the fill level goes from 0 to 2 in one step."""
     chip = after(collecting(STREAM), 1)
     assert chip.byte(FIFO_STATUS) == 1, "nothing has been read before"
     assert chip.read(PRESS_OUT_XL, 5) == level(1)
@@ -205,7 +205,7 @@ def test_reading_interrupt_ends_collecting(mode: int) -> None:
 # -- reading ------------------------------------------------------------------------------------------------
 
 
-def test_fifo_level_is_consumed_by_its_last_byte() -> None:
+def test_reading_final_byte_removes_fifo_level() -> None:
     """ST's example reads 3 bytes at 28h and then 2 at 2Bh; other drivers read a burst."""
     chip = after(collecting(FIFO), 4)
     assert chip.read(PRESS_OUT_XL, 3) + chip.read(PRESS_OUT_XL, 3) == 2 * level(1)[:3]
@@ -218,7 +218,7 @@ def test_fifo_level_is_consumed_by_its_last_byte() -> None:
     assert chip.byte(FIFO_STATUS) == 1
 
 
-def test_with_bdu_level_begun_is_not_overwritten() -> None:
+def test_with_bdu_partly_read_level_is_not_overwritten() -> None:
     """Datasheet 9.5, with a full stream that continues during the read."""
     chip = collecting(STREAM)
     chip.write(CTRL_REG1, 0x22)
@@ -229,7 +229,7 @@ def test_with_bdu_level_begun_is_not_overwritten() -> None:
     assert chip.read(PRESS_OUT_XL, 5) == level(12)
 
 
-def test_offset_is_in_fifo() -> None:
+def test_fifo_values_include_offset() -> None:
     """The FIFO has the values of PRESS_OUT; RPDS is in 1/16 hPa."""
     chip = collecting(FIFO)
     after(chip, 2)

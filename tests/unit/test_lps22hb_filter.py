@@ -37,7 +37,7 @@ def stepping(control1: int) -> Chip:
     return chip
 
 
-def test_step_without_filter_shows_at_once() -> None:
+def test_step_without_filter_is_visible_immediately() -> None:
     assert pressures(stepping(OFF), 25) == [1000.0] * 19 + [1010.0] * 6
 
 
@@ -122,7 +122,7 @@ def test_one_shot_passes_no_filter() -> None:
     assert chip.read(PRESS_OUT_XL, 3) == (1010 * 4096).to_bytes(3, "little")
 
 
-def test_bdu_and_other_settings_leave_filter_alone() -> None:
+def test_bdu_and_other_settings_do_not_affect_filter() -> None:
     undisturbed, disturbed = stepping(ODR_20), stepping(ODR_20)
     pressures(undisturbed, 22)
     pressures(disturbed, 22)
@@ -171,7 +171,7 @@ def test_filter_smooths_white_noise() -> None:
     assert 0.5 < correlation(nine) < correlation(twenty) < 0.97
 
 
-def test_sample_is_as_noisy_at_every_rate() -> None:
+def test_noise_of_sample_is_equal_at_every_rate() -> None:
     assert noise(0x50, period_ps=-(-PS_PER_S // 75)).std() == pytest.approx(
         noise(0x10, period_ps=PS_PER_S).std()
     )

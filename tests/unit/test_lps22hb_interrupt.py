@@ -37,7 +37,7 @@ from tests.support.lps22hb_fakes import (
         (PLE | PHE, [0] * 5),
     ],
 )
-def test_flags_follow_difference(enabled: int, expected: list[int]) -> None:
+def test_flags_follow_difference_from_reference(enabled: int, expected: list[int]) -> None:
     """Datasheet 9.1, 9.2 and 9.15: +-THS_P in 1/16 hPa about the reference. At exactly this value no flag is set."""
     lsb = 1 / 4096
     chip = measuring(1000.0, 1002.0, 1002.0 + lsb, 998.0, 998.0 - lsb)
@@ -47,7 +47,7 @@ def test_flags_follow_difference(enabled: int, expected: list[int]) -> None:
 
 
 @pytest.mark.parametrize("reference", [AUTOZERO, AUTORIFP])
-def test_both_references_are_compared_with(reference: int) -> None:
+def test_pressure_is_compared_with_either_reference(reference: int) -> None:
     chip = measuring(1000.0, 1003.0)
     threshold(chip, 2.0)
     chip.write(RPDS_L, 0x00, 0x10)
@@ -64,7 +64,7 @@ def test_absolute_pressure_is_compared_without_reference() -> None:
     assert [next_source(chip), next_source(chip)] == [0, PH | IA]
 
 
-def test_latched_interrupt_waits_to_be_read() -> None:
+def test_latched_interrupt_stays_until_it_is_read() -> None:
     chip = measuring(1000.0, 1005.0, 995.0, 1000.0)
     threshold(chip, 2.0)
     chip.write(INTERRUPT_CFG, EITHER | LIR | AUTORIFP)

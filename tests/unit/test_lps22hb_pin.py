@@ -42,7 +42,9 @@ def test_data_ready_falls_with_press_out_h() -> None:
 @pytest.mark.parametrize(
     ("control3", "idle", "active"), [(0x04, 0, 1), (0x84, 1, 0), (0x44, 0, None), (0xC4, None, 0)]
 )
-def test_polarity_and_open_drain(control3: int, idle: int | None, active: int | None) -> None:
+def test_polarity_and_open_drain_determine_pin_level(
+    control3: int, idle: int | None, active: int | None
+) -> None:
     """INT_H_L and PP_OD: an open-drain pin never drives high."""
     chip = measuring(1000.0)
     (pin,) = chip.part.pins()
@@ -63,7 +65,7 @@ def test_polarity_and_open_drain(control3: int, idle: int | None, active: int | 
         (0x00, []),
     ],
 )
-def test_fifo_signals(signal: int, expected: list[tuple[float, int]]) -> None:
+def test_fifo_signals_drive_pin(signal: int, expected: list[tuple[float, int]]) -> None:
     """Datasheet 9.7."""
     chip = measuring(1000.0)
     wire = Wire(chip)
@@ -75,7 +77,7 @@ def test_fifo_signals(signal: int, expected: list[tuple[float, int]]) -> None:
     assert wire.run(0) == [(40.0, 0)] * len(expected)
 
 
-def test_watermark_falls_with_last_byte_of_level() -> None:
+def test_watermark_falls_with_final_byte_of_level() -> None:
     chip = measuring(1000.0)
     wire = Wire(chip)
     chip.write(CTRL_REG3, 0x10)
@@ -96,7 +98,7 @@ def test_watermark_falls_with_last_byte_of_level() -> None:
         (3, [(2.0, 1), (3.0, 0), (4.0, 1), (5.0, 0)]),
     ],
 )
-def test_interrupts_instead_of_data_signals(int_s: int, expected: list[tuple[float, int]]) -> None:
+def test_interrupts_replace_data_signals_on_pin(int_s: int, expected: list[tuple[float, int]]) -> None:
     """Datasheet Table 19. The data signals are enabled here, too, but have no effect."""
     chip = measuring(1000.0, 1005.0, 1000.0, 995.0, 1000.0)
     wire = Wire(chip)

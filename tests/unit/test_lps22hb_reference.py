@@ -43,7 +43,7 @@ def test_autozero_captures_next_pressure_and_subtracts_it() -> None:
     assert next_hpa(chip) == 1004.0
 
 
-def test_autorifp_captures_but_leaves_output_alone() -> None:
+def test_autorifp_captures_without_change_of_output() -> None:
     chip = measuring(1000.0, 1001.0)
     chip.write(INTERRUPT_CFG, AUTORIFP)
     assert next_hpa(chip) == 1000.0
@@ -84,7 +84,7 @@ def test_autozero_request_waits_and_can_be_cancelled() -> None:
     assert chip.read(PRESS_OUT_XL, 3) == (1001 * 4096).to_bytes(3, "little")
 
 
-def test_firmware_may_set_reference_itself() -> None:
+def test_firmware_may_write_reference_directly() -> None:
     chip = measuring(1000.0)
     chip.write(REF_P_XL, *(10 * 4096).to_bytes(3, "little"))
     assert next_hpa(chip) == 1000.0, "without AUTOZERO nothing is subtracted"
@@ -95,7 +95,7 @@ def test_firmware_may_set_reference_itself() -> None:
 
 
 @pytest.mark.parametrize("reset", [RESET_AZ, RESET_ARP, RESET_AZ | RESET_ARP])
-def test_resets_clear_themselves(reset: int) -> None:
+def test_reset_bits_clear_themselves(reset: int) -> None:
     chip = measuring(1000.0)
     chip.write(INTERRUPT_CFG, reset | LIR)
     assert chip.byte(INTERRUPT_CFG) == reset | LIR

@@ -56,7 +56,9 @@ def measured(channel: Channel, writes: Writes, *values: float) -> tuple[int, ...
     ],
     ids=str,
 )
-def test_lsm6dsl_application_note_vector(channel: Channel, value: float, word: int, tolerance: int) -> None:
+def test_output_equals_example_of_application_note(
+    channel: Channel, value: float, word: int, tolerance: int
+) -> None:
     (expected,) = decode(word.to_bytes(2, "little"))
 
     for count in measured(channel, channel.scales[0][0], *channel.value(value)):
@@ -139,7 +141,7 @@ def test_sw_reset_bit_clears_itself_after_50_us() -> None:
     assert chip.byte(CTRL1_XL) == 0x00
 
 
-def test_sw_reset_repeats_without_polling() -> None:
+def test_sw_reset_can_be_repeated_without_polling() -> None:
     chip = Chip("LSM6DSL")
     chip.write(CTRL3_C, 0x05)
     chip.wait(PS_PER_MS)
@@ -260,7 +262,7 @@ def test_burst_without_if_inc_stays_at_address() -> None:
     ],
     ids=str,
 )
-def test_rate_of_temperature(writes: Writes, rate_hz: float) -> None:
+def test_rate_of_temperature_equals_application_note(writes: Writes, rate_hz: float) -> None:
     """AN5040 section 9."""
     chip = Chip("LSM6DSL")
     chip.configure(writes)

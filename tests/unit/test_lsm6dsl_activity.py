@@ -43,7 +43,7 @@ MOVING: tuple[Sample, ...] = ((300.0, 0.0, 0.0), (-300.0, 0.0, 0.0))
 
 
 def woken_at(at_s: float) -> Bench:
-    """Return a sensor at rest from power-up, with slope 0, and from ``at_s`` in motion far above the threshold."""
+    """Return a sensor that is at rest from power-up (slope 0), and from ``at_s`` moves far above the threshold."""
     bench = Bench([STILL])
     bench.world.signals["acceleration_g"] = step(
         ramp((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), ramp((0.5, 0.0, 0.0), (0.0, 0.0, 0.0)), at_s
@@ -52,7 +52,7 @@ def woken_at(at_s: float) -> Bench:
 
 
 def samples_seen(bench: Bench, register: int, flag: int, until_ps: int, step_ps: int) -> int:
-    """Return the number of new samples that a reader finds who reads every ``step_ps``."""
+    """Return the number of new samples that a reader finds if it reads every ``step_ps``."""
     found = 0
     while bench.t_ps < until_ps:
         bench.wait(step_ps)
@@ -105,7 +105,7 @@ def test_inactive_gyroscope_follows_its_setting(inact: int, g_samples: int) -> N
     assert (bench.byte(CTRL2_G), bench.byte(CTRL4_C)) == (0x40, 0x00)
 
 
-def test_sample_over_threshold_wakes_at_once() -> None:
+def test_sample_over_threshold_wakes_sensor_immediately() -> None:
     bench = woken_at(0.2)
     bench.configure((THRESHOLD, (TAP_CFG, ENABLE | INACT_XL_ONLY)))
     awake_ps = sample_ps(ASLEEP) + 2 * SLOW_PS  # 40.9 ms + 160 ms: the first sample after 0.2 s

@@ -94,7 +94,7 @@ def test_sample_at_den_change_has_previous_level() -> None:
 
 
 @pytest.mark.parametrize("axis", range(3))
-def test_only_axes_chosen_are_stamped(axis: int) -> None:
+def test_only_chosen_axes_are_stamped(axis: int) -> None:
     """DEN_X, DEN_Y, DEN_Z; the other axes keep their own LSB."""
     plain, stamped = Bench((CTRL1_XL, HZ_104)), Bench((CTRL6_C, LEVEL), (CTRL1_XL, HZ_104))
     stamped.write(CTRL9_XL, ON_XL | 0x80 >> axis)
@@ -147,7 +147,7 @@ def test_den_fifo_windows_have_alternating_marks() -> None:
     assert bench.fill() == 0
 
 
-def test_words_stay_while_window_is_closed() -> None:
+def test_words_do_not_change_while_window_is_closed() -> None:
     bench = stamping(FIFO, (FIFO_CTRL3, 0x01), (FIFO_CTRL5, CONTINUOUS))
     bench.drive(1)
     bench.after(4)
@@ -288,7 +288,7 @@ def test_undefined_den_mode_is_noted_and_off(mode: int, words: Words) -> None:
     assert bench.read(OUT_XL, 6) == plain.read(OUT_XL, 6)
 
 
-def test_edge_with_lpf2_is_noted(words: Words) -> None:
+def test_den_edge_mode_with_lpf2_is_noted(words: Words) -> None:
     bench = stamping(EDGE, (CTRL4_C, DEN_XL_EN), (CTRL8_XL, 0x80))
 
     assert kinds(bench.notes) == ["forbidden"]
@@ -303,7 +303,7 @@ def test_driving_int2_as_output_is_noted(words: Words) -> None:
     words("sensors", texts(bench.notes))
 
 
-def test_pin_has_two_levels() -> None:
+def test_invalid_level_of_den_pin_raises_error() -> None:
     with pytest.raises(ValueError, match=r"INT2.* 2 .*0 or 1"):
         Bench().drive(2)
 

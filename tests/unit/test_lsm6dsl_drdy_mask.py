@@ -46,7 +46,7 @@ LOW_POWER, NARROW, SLOPE = (CTRL6_C, 0x10), 0x02, (CTRL8_XL, 0x04)
     ("code", "wide", "narrow"),
     [(1, 0, 1), (2, 0, 1), (3, 1, 1), (4, 1, 2), (7, 1, 2), (8, 2, 2), (9, 3, 4), (10, 13, 13)],
 )
-def test_accelerometer_turn_on(code: int, wide: int, narrow: int) -> None:
+def test_accelerometer_turn_on_hides_documented_samples(code: int, wide: int, narrow: int) -> None:
     """Table 13."""
     channel, ctrl1 = at_rate(ACCELEROMETER, code), code << 4
     assert hidden(Chip("LSM6DSL"), channel, (MASK, (CTRL1_XL, ctrl1))) == wide
@@ -55,7 +55,7 @@ def test_accelerometer_turn_on(code: int, wide: int, narrow: int) -> None:
 
 
 @pytest.mark.parametrize(("ctrl1", "samples"), [(0x40, 0), (0x42, 1), (0x70, 1), (0xB0, 0)])
-def test_accelerometer_turn_on_in_low_power(ctrl1: int, samples: int) -> None:
+def test_accelerometer_low_power_turn_on_hides_documented_samples(ctrl1: int, samples: int) -> None:
     """Table 13. 833 Hz is always high performance, for any XL_HM_MODE."""
     channel = replace(ACCELEROMETER, rate_hz={0x70: 833, 0xB0: ACCELEROMETER.rate_hz / 65}.get(ctrl1, 104))
     assert hidden(Chip("LSM6DSL"), channel, (MASK, LOW_POWER, (CTRL1_XL, ctrl1))) == samples
@@ -74,7 +74,9 @@ def test_accelerometer_turn_on_in_low_power(ctrl1: int, samples: int) -> None:
         (((CTRL1_XL, 0x40),), ((CTRL1_XL, 0x4C),), 4, 0),  # another full scale
     ],
 )
-def test_accelerometer_changes(before: Writes, change: Writes, code: int, samples: int) -> None:
+def test_accelerometer_changes_hide_documented_samples(
+    before: Writes, change: Writes, code: int, samples: int
+) -> None:
     """Table 12."""
     chip = running(before)
     channel = at_rate(ACCELEROMETER, code)
@@ -88,7 +90,7 @@ def test_accelerometer_changes(before: Writes, change: Writes, code: int, sample
     ("code", "off", "on"),
     [(1, 2, 2), (2, 3, 3), (4, 3, 4), (5, 3, 5), (6, 3, 6), (7, 3, 9), (8, 135, 135), (10, 540, 540)],
 )
-def test_gyroscope_turn_on_in_high_performance(code: int, off: int, on: int) -> None:
+def test_gyroscope_turn_on_hides_documented_samples(code: int, off: int, on: int) -> None:
     """Table 16, without and with LPF1. The larger number of a range is used."""
     channel, ctrl2 = at_rate(GYROSCOPE, code), (CTRL2_G, code << 4)
     assert hidden(Chip("LSM6DSL"), channel, (MASK, ctrl2)) == off
@@ -104,7 +106,9 @@ def test_gyroscope_turn_on_in_high_performance(code: int, off: int, on: int) -> 
         (((CTRL4_C, 0x48), (CTRL2_G, 0x60)), ((CTRL4_C, 0x08),), 6, 3),  # out of sleep
     ],
 )
-def test_gyroscope_changes(before: Writes, change: Writes, code: int, samples: int) -> None:
+def test_gyroscope_changes_hide_documented_samples(
+    before: Writes, change: Writes, code: int, samples: int
+) -> None:
     """Tables 14 and 15."""
     channel = at_rate(GYROSCOPE, code)
     if before:
@@ -123,11 +127,11 @@ def fast(*writes: tuple[int, int]) -> Chip:
     return chip
 
 
-def test_without_bit_nothing_is_hidden() -> None:
+def test_without_mask_bit_no_sample_is_hidden() -> None:
     assert hidden(Chip("LSM6DSL"), FAST, ((CTRL1_XL, 0xA0),)) == 0
 
 
-def test_samples_themselves_are_there() -> None:
+def test_masked_samples_can_still_be_read() -> None:
     chip = fast(MASK)
     chip.t_ps = FAST.sample_ps(0)
     assert chip.counts(FAST) == (0, 0, 0x4009)
@@ -166,7 +170,7 @@ def test_earlier_data_ready_is_masked() -> None:
     assert chip.part.pins()[0].level == 0
 
 
-def test_words_of_fifo_are_tagged() -> None:
+def test_fifo_words_of_masked_samples_are_tagged() -> None:
     """The tag is 7FFF, one of the values in AN5040, until the 13 samples of Table 13 are over."""
     chip = fast(MASK, (CTRL3_C, 0x44), (FIFO_CTRL3, 0x01), (FIFO_CTRL5, 0x56))
     chip.t_ps = FAST.sample_ps(14)

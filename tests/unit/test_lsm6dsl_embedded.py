@@ -97,14 +97,14 @@ def events(
 
 
 @pytest.mark.parametrize("bounces", [7, 8, 20, 120])
-def test_every_bounce_is_step_once_debounced(bounces: int) -> None:
+def test_every_bounce_is_step_after_debounce(bounces: int) -> None:
     chip = running(PEDO_EN, bounce(bounces, at_s=1.0))
     chip.wait((2 + bounces) * PS_PER_S)
 
     assert steps(chip) == bounces
 
 
-def test_seventh_step_shows_seven() -> None:
+def test_seventh_step_sets_counter_to_seven() -> None:
     """AN5040 6.1: with DEB_STEP = 6 counting starts at the seventh step."""
     chip = running(PEDO_EN, bounce(20))
     shown = []
@@ -116,7 +116,7 @@ def test_seventh_step_shows_seven() -> None:
 
 
 @pytest.mark.parametrize(("deb_step", "counted"), [(0, 3), (2, 3), (3, 0), (7, 0)])
-def test_debounce_steps(deb_step: int, counted: int) -> None:
+def test_counting_starts_after_number_of_debounce_steps(deb_step: int, counted: int) -> None:
     chip = running(PEDO_EN, bounce(3), bank_a=((PEDO_DEB, 0x68 | deb_step),))
     chip.wait(5 * PS_PER_S)
 
@@ -127,7 +127,7 @@ def test_debounce_steps(deb_step: int, counted: int) -> None:
     ("deb_time", "counted"),
     [(13, 8), (5, 0)],  # 1040 ms bridge the 500 ms between two steps, 400 ms do not
 )
-def test_debounce_time(deb_time: int, counted: int) -> None:
+def test_pause_longer_than_debounce_time_restarts_debounce(deb_time: int, counted: int) -> None:
     """Datasheet 11.18: 80 ms per LSB. After a longer pause the debounce begins again."""
     chip = running(PEDO_EN, bounce(8), bank_a=((PEDO_DEB, deb_time << 3 | 6),))
     chip.wait(10 * PS_PER_S)
@@ -181,7 +181,7 @@ def test_all_rates_from_26_hz_count_equal_steps(code: int, percent: float, words
         words("sensors", text)
 
 
-def test_step_counter_survives_off_and_clears_on_request() -> None:
+def test_step_counter_survives_disabling_and_clears_on_request() -> None:
     """AN5040 6.1: PEDO_RST_STEP keeps the counter at 0 until the bit is cleared."""
     chip = running(PEDO_EN, bounce(1000))
     chip.wait(10 * PS_PER_S)
@@ -253,7 +253,7 @@ def test_step_detected_lasts_one_period_of_26_hz() -> None:
 
 
 @pytest.mark.parametrize(("routed", "latched"), [(0x80, True), (0x00, False)])
-def test_latched_until_read_only_if_routed(routed: int, latched: bool) -> None:
+def test_step_event_is_latched_only_if_routed(routed: int, latched: bool) -> None:
     """AN5040 6.1 and 5.1: LIR = 1 holds the signals that are routed to a pin."""
     chip = running(PEDO_EN, bounce(1), bank_a=((PEDO_DEB, 0x68),))
     chip.configure(((TAP_CFG, 0x01), (INT1_CTRL, routed)))
@@ -263,7 +263,7 @@ def test_latched_until_read_only_if_routed(routed: int, latched: bool) -> None:
     assert chip.byte(FUNC_SRC1) == 0, "the first read has cleared it"
 
 
-def test_pulses_and_latched_events_on_signal() -> None:
+def test_event_is_pulse_or_latched_until_read() -> None:
     """The pulse is 150 us on the pin (AN5040 6.1). Latched, it lasts until the source register of the event is read."""
     registers = RegisterFile(LSM6DSL.MAP)
     signals, stream = Signals(), SampleStream(6, lambda number, t_s: bytes(6 * len(t_s)))
@@ -333,7 +333,7 @@ def test_step_timestamp_is_upper_part_of_step_time(timer_hr: int, tick_ps: int) 
     assert stamp in {int(t_s * PS_PER_S / tick_ps) >> 8 for t_s in np.arange(5.2, 5.6, 0.001)}
 
 
-def test_delta_time_reports_steps_within_it() -> None:
+def test_delta_time_reports_steps_within_that_time() -> None:
     """Datasheet 11.19: 1.6384 s per LSB."""
     chip = running(
         PEDO_EN | TIMER_EN, bounce(1, at_s=4.0), bank_a=((PEDO_DEB, 0x68), (STEP_COUNT_DELTA, 0x01))
@@ -407,7 +407,7 @@ def test_first_tilt_waits_two_seconds() -> None:
 
 
 @pytest.mark.parametrize(("degrees", "count"), [(34.0, 0), (36.0, 1)])
-def test_tilt_angle(degrees: float, count: int) -> None:
+def test_tilt_needs_more_than_35_degrees(degrees: float, count: int) -> None:
     chip = running(TILT_EN, turned((1.0, degrees)))
 
     assert len(events(chip, 5.0)) == count
@@ -428,7 +428,7 @@ def test_tilt_restarts_when_enabled_again() -> None:
     assert events(chip, 15.0) == [pytest.approx(12.0, abs=0.1)]
 
 
-def test_in_free_fall_nothing_tilts() -> None:
+def test_free_fall_causes_no_tilt_event() -> None:
     chip = running(TILT_EN, constant(0.0, 0.0, 0.0))
 
     assert events(chip, 5.0) == []
@@ -437,7 +437,7 @@ def test_in_free_fall_nothing_tilts() -> None:
 # -- absolute wrist tilt --------------------------------------------------------------------------------
 
 
-def test_wrist_tilt_with_reset_values() -> None:
+def test_wrist_tilt_with_reset_values_detects_new_positions() -> None:
     """Bank B, datasheet Table 224: 600 ms, 500 mg, X in both directions; one event for each new position."""
     chip = running(WRIST_TILT_EN, turned((1.0, 29.0), (3.0, 31.0), (5.0, -31.0), (5.4, 0.0), (6.0, -90.0)))
 
@@ -447,7 +447,7 @@ def test_wrist_tilt_with_reset_values() -> None:
     ]
 
 
-def test_wrist_tilt_names_axis_and_direction() -> None:
+def test_wrist_tilt_reports_axis_and_direction() -> None:
     chip = running(WRIST_TILT_EN, turned((1.0, -90.0)))
     chip.write(TAP_CFG, 0x01)
     chip.write(0x0B, 0x01)  # INT2_WRIST_TILT: routed, so it latches
@@ -459,7 +459,7 @@ def test_wrist_tilt_names_axis_and_direction() -> None:
     assert (chip.byte(FUNC_SRC2), chip.byte(WRIST_TILT_IA)) == (0, 0)
 
 
-def test_wrist_tilt_settings_of_bank_b() -> None:
+def test_settings_of_bank_b_change_wrist_tilt() -> None:
     """40 ms and 15.625 mg per LSB; only the directions of the mask are detected."""
     chip = running(WRIST_TILT_EN, turned((2.0, 18.0), (4.0, -40.0)))
     chip.configure(((FUNC_CFG_ACCESS, 0xA0), (0x50, 0x05), (0x54, 0x10), (0x59, 0x80), (FUNC_CFG_ACCESS, 0)))

@@ -51,7 +51,7 @@ def test_composite_filter_does_not_change_events(ctrl8: int, register: int) -> N
     assert outputs[0] != outputs[1]
 
 
-def test_user_offset_is_for_outputs_only() -> None:
+def test_user_offset_applies_only_to_outputs() -> None:
     """AN5040 4.6. Otherwise 127 * 2^-6 g would end any free fall."""
     offset = (CTRL6_C, 0x08), (X_OFS_USR, 127)
 
@@ -77,7 +77,7 @@ def test_6d_can_use_output_of_lpf2(hpcf: int, divisor: int) -> None:
     assert expected > 11, "two samples without LPF2"
 
 
-def test_lpf1_is_in_front_of_events() -> None:
+def test_lpf1_filters_samples_of_events() -> None:
     """INPUT_COMPOSITE = 1: a bandwidth of ODR/4."""
     samples = [STILL] * 5 + [ON_X] + [STILL] * 10
     passed = low_passed(samples, 1 / 4)
@@ -115,7 +115,7 @@ def test_world_change_affects_later_event_samples_only(looks: int, ctrl8: int) -
     assert len(late) > len(early)
 
 
-def test_functions_that_are_off_compute_nothing() -> None:
+def test_disabled_functions_compute_no_samples() -> None:
     bench = Bench([FLAT], (CTRL8_XL, LPF2_ODR_400 | LOW_PASS_ON_6D))
     asked: list[float] = []
 

@@ -81,7 +81,7 @@ class Pins(Chip):
         ("inactivity", [18]),  # 16 periods after the first slope within the threshold, the second one
     ],
 )
-def test_switched_on_with_function_enabled(function: str, expected: list[int]) -> None:
+def test_switching_on_raises_only_documented_events(function: str, expected: list[int]) -> None:
     md1, tap, others = FUNCTIONS[function]
     chip = Pins(*THRESHOLDS, *others, (MD1_CFG, md1), (TAP_CFG, tap), (CTRL1_XL, AT_416_HZ))
     assert chip.rises() == pytest.approx(expected, abs=1e-6)

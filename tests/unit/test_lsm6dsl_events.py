@@ -111,7 +111,7 @@ def test_first_slope_is_half_of_gravity() -> None:
 
 
 @pytest.mark.parametrize("duration", [0, 1, 2, 3])
-def test_wake_up_needs_wake_dur_over_threshold(duration: int) -> None:
+def test_wake_up_needs_wake_dur_samples_over_threshold(duration: int) -> None:
     samples = [STILL] * 2 + [(200.0 * number, 0.0, 0.0) for number in range(1, 6)] + [(1000.0, 0.0, 0.0)] * 3
 
     bits = source_bits(WAKE_UP_SRC, samples, (WAKE_UP_THS, 2), (WAKE_UP_DUR, duration << 5))
@@ -119,7 +119,7 @@ def test_wake_up_needs_wake_dur_over_threshold(duration: int) -> None:
     assert numbers(bits, WU_IA) == list(range(2 + duration, 7))
 
 
-def test_high_pass_for_wake_up_outlasts_slope() -> None:
+def test_wake_up_high_pass_lasts_longer_than_slope() -> None:
     """SLOPE_FDS: after a step the slope returns to 0 at once, but the high-pass at ODR/9 decays."""
     samples = [STILL] * 3 + [(1000.0, 0.0, 0.0)] * 40
     ths = (WAKE_UP_THS, 8)  # 250 mg
@@ -150,7 +150,7 @@ def test_orientation_is_reported_at_its_second_sample(axis: int, sign: int, bit:
 
 @pytest.mark.parametrize(("code", "angle"), list(enumerate((80, 70, 60, 50))))
 @pytest.mark.parametrize("full_scale", [bits for bits, _ in FULL_SCALES])
-def test_orientation_angle(code: int, angle: int, full_scale: int) -> None:
+def test_orientation_needs_other_axes_outside_threshold_angle(code: int, angle: int, full_scale: int) -> None:
     """An orientation is recognised while no second axis is within SIXD_THS of the vertical, for any full scale."""
     for tilt, known in ((90 - angle - 1, True), (90 - angle + 1, False)):
         x, z = 1000 * math.sin(math.radians(tilt)), 1000 * math.cos(math.radians(tilt))
@@ -203,21 +203,21 @@ def test_tap_threshold_is_32nd_of_full_scale(bits: int, g: int, code: int) -> No
 
 
 @pytest.mark.parametrize(("shock", "samples"), [(0, 4), (1, 8), (2, 16), (3, 24)])
-def test_tap_is_over_within_shock(shock: int, samples: int) -> None:
+def test_tap_must_end_within_shock(shock: int, samples: int) -> None:
     for length, taps in ((1, True), (samples, True), (samples + 1, False)):
         bits = source_bits(TAP_SRC, bumps((10, length)), TAP_X, TAP_THS, (INT_DUR2, shock))
         assert numbers(bits, SINGLE_TAP)[:1] == ([10 + length] if taps else [])
 
 
 @pytest.mark.parametrize(("quiet", "samples"), [(0, 2), (1, 4), (2, 8), (3, 12)])
-def test_tap_is_shown_for_quiet_window(quiet: int, samples: int) -> None:
+def test_tap_flag_lasts_for_quiet_window(quiet: int, samples: int) -> None:
     bits = source_bits(TAP_SRC, bumps((10, 1)), TAP_X, TAP_THS, (INT_DUR2, quiet << 2))
 
     assert numbers(bits, TAP_IA) == list(range(11, 11 + samples))
 
 
 @pytest.mark.parametrize(("dur", "samples"), [(0, 16), (1, 32), (2, 64)])
-def test_double_tap_begins_after_quiet_within_dur(dur: int, samples: int) -> None:
+def test_second_tap_counts_after_quiet_within_dur(dur: int, samples: int) -> None:
     writes = TAP_X, TAP_THS, (INT_DUR2, dur << 4 | 1 << 2), (WAKE_UP_THS, 0x80)
     quiet_over = 10 + 1 + 4
     for second, doubles in (
@@ -231,7 +231,7 @@ def test_double_tap_begins_after_quiet_within_dur(dur: int, samples: int) -> Non
         assert numbers(bits, DOUBLE_TAP)[:1] == ([second + 1] if doubles else [])
 
 
-def test_without_single_double_tap_only_single_taps() -> None:
+def test_clear_single_double_tap_bit_disables_double_taps() -> None:
     bits = source_bits(TAP_SRC, bumps((10, 1), (20, 1)), TAP_X, TAP_THS)
 
     assert numbers(bits, SINGLE_TAP) == [11, 12, 21, 22]
@@ -240,7 +240,7 @@ def test_without_single_double_tap_only_single_taps() -> None:
 
 @pytest.mark.parametrize(("axis", "enable", "bit"), [(0, 0x08, 0x04), (1, 0x04, 0x02), (2, 0x02, 0x01)])
 @pytest.mark.parametrize("sign", [1, -1])
-def test_tap_axis_and_sign(axis: int, enable: int, bit: int, sign: int) -> None:
+def test_axis_and_sign_of_tap_are_reported(axis: int, enable: int, bit: int, sign: int) -> None:
     samples = [STILL] * 5 + [along(axis, sign * 800.0)] * 5
 
     for enabled in range(0x02, 0x10, 2):
@@ -313,7 +313,7 @@ def test_reading_one_source_keeps_others() -> None:
 # -- enable, power-down, reset ------------------------------------------------------------------------------
 
 
-def test_without_interrupts_enable_nothing_is_detected() -> None:
+def test_without_interrupts_enable_no_event_is_detected() -> None:
     bench = Bench([STILL, FLAT] * 20, (FREE_FALL, 7), (TAP_CFG, 0x0E), (MD1_CFG, 0xFC)).at(39)
 
     assert [bench.byte(register) for register in (WAKE_UP_SRC, TAP_SRC, D6D_SRC)] == [0, 0, 0]

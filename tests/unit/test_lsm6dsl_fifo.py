@@ -125,7 +125,7 @@ def test_slower_fifo_starts_with_next_sample_when_enabled() -> None:
     assert chip.read(FIFO_DATA_OUT, 6) == chip.read(0x28, 6)
 
 
-def test_gyroscope_leads_at_equal_rates() -> None:
+def test_gyroscope_comes_first_at_equal_rates() -> None:
     """AN5040 section 3: the accelerometer is synchronised to the gyroscope."""
     bench = bench_of(BYPASS, dec=(1, 1, 0, 0))
     bench.wait(2 * PS_PER_MS)
@@ -138,7 +138,7 @@ def test_gyroscope_leads_at_equal_rates() -> None:
     assert bench.fill() == 6
 
 
-def test_high_bytes_only_share_one_set() -> None:
+def test_high_bytes_alone_share_one_set() -> None:
     """The order is AXh GXh AYh GYh AZh GZh."""
     bench = bench_of(CONTINUOUS, g=HZ_104, dec=(1, 0, 0, 0))
     bench.write(FIFO_CTRL5, 0)
@@ -151,7 +151,7 @@ def test_high_bytes_only_share_one_set() -> None:
     assert bench.read(FIFO_DATA_OUT, 6) == bytes(byte for pair in pairs for byte in pair)
 
 
-def test_timestamp_and_steps_as_fourth_set() -> None:
+def test_timestamp_and_steps_are_fourth_set() -> None:
     """AN5040 Table 73: TS[15:8], TS[23:16], unused, TS[7:0], steps[7:0], steps[15:8]."""
     bench = bench_of(BYPASS, dec=(0, 0, 0, 1), ctrl2=TIMER_PEDO_FIFO_EN)
     bench.write(0x5C, 0x10)
@@ -166,7 +166,7 @@ def test_timestamp_and_steps_as_fourth_set() -> None:
     assert bench.read(FIFO_DATA_OUT, 6) == expected
 
 
-def test_temperature_as_fourth_set() -> None:
+def test_temperature_is_fourth_set() -> None:
     bench = bench_of(CONTINUOUS, dec=(0, 0, 0, 1), ctrl2=FIFO_TEMP_EN)
     bench.wait(3 * PERIOD_PS)
 
@@ -207,7 +207,7 @@ def test_stored_sample_survives_setting_change() -> None:
 # -- reading --------------------------------------------------------------------------------------------
 
 
-def test_word_leaves_with_its_high_byte() -> None:
+def test_high_byte_read_removes_fifo_word() -> None:
     chip = fifo_of(CONTINUOUS)
     samples(chip, 50)
     first = chip.read(FIFO_DATA_OUT, 1)
@@ -255,7 +255,7 @@ def test_burst_over_status_and_data_reads_status_first() -> None:
 # -- modes ----------------------------------------------------------------------------------------------
 
 
-def test_bypass_reads_as_empty_and_empties() -> None:
+def test_bypass_empties_fifo_and_reads_as_empty() -> None:
     chip = fifo_of(CONTINUOUS)
     samples(chip, 4)
     chip.write(FIFO_CTRL5, HZ_104 << 3)
@@ -266,7 +266,7 @@ def test_bypass_reads_as_empty_and_empties() -> None:
     assert status(chip) == (0, EMPTY, 0)
 
 
-def test_software_reset_empties() -> None:
+def test_software_reset_empties_fifo() -> None:
     chip = fifo_of(CONTINUOUS, watermark=3)
     samples(chip, 4)
     chip.write(CTRL3_C, 0x01)
@@ -290,7 +290,7 @@ def test_fifo_mode_stops_before_overfull(sets: int, words: int) -> None:
     assert status(chip)[:2] == (words - 1, FULL), "reading does not start it again"
 
 
-def test_fifo_mode_with_watermark_limit_stops_before_it() -> None:
+def test_fifo_mode_limited_to_watermark_stops_before_watermark() -> None:
     """AN5040: with FTH = 21 and one sensor it stops at 18, and WaterM is never set."""
     chip = fifo_of(FIFO, ctrl4=STOP_ON_FTH, watermark=21)
     samples(chip, 5)
@@ -316,7 +316,7 @@ def test_mode_change_restarts_stopped_fifo(looks: int) -> None:
     assert chip.read(FIFO_DATA_OUT, 120)[-6:] == chip.read(0x28, 6)
 
 
-def test_continuous_mode_limited_to_watermark_reaches_it() -> None:
+def test_continuous_mode_limited_to_watermark_reaches_watermark() -> None:
     """AN5040: FULL_SMART at 18, WaterM at 21. Then the oldest words are dropped."""
     chip = fifo_of(CONTINUOUS, ctrl4=STOP_ON_FTH, watermark=21)
     samples(chip, 6)

@@ -112,7 +112,7 @@ def test_shallow_fifo_is_not_full_before_event() -> None:
     assert bench.read(FIFO_STATUS1, 2) == bytes((0, EMPTY | FULL))
 
 
-def test_switch_is_held_until_bypass() -> None:
+def test_mode_switch_lasts_until_bypass() -> None:
     bench = triggered(BYPASS_TO_CONTINUOUS, MD2_CFG, 0x20)
     bench.pulse("WU")
     bench.write(FIFO_CTRL5, 0)
@@ -122,7 +122,7 @@ def test_switch_is_held_until_bypass() -> None:
     assert bench.fill() == 0
 
 
-def test_late_events_act_at_their_times() -> None:
+def test_events_reported_late_act_at_their_times() -> None:
     bench = triggered(BYPASS_TO_CONTINUOUS, MD2_CFG, 0x60)
     bench.t_ps = 20 * PERIOD_PS
     bench.signals.set("WU", True, 17 * PERIOD_PS + 1)
@@ -143,7 +143,7 @@ def test_data_sets_are_stored_at_every_step() -> None:
     assert bench.words(9) == latest
 
 
-def test_data_sets_are_stored_after_hub_reads() -> None:
+def test_data_sets_are_stored_after_reads_of_hub() -> None:
     bench = bench_of(BYPASS, dec=(0, 0, 1, 0))
     bench.write(0x1A, 0x40)  # DATA_VALID_SEL_FIFO
     bench.write(FIFO_CTRL5, HZ_104 << 3 | CONTINUOUS)
@@ -160,7 +160,7 @@ def test_data_sets_are_stored_after_hub_reads() -> None:
 # -- signals and pins -----------------------------------------------------------------------------------
 
 
-def test_flag_signals_have_sample_or_read_time() -> None:
+def test_flag_signals_change_at_sample_or_read_time() -> None:
     bench = bench_of(BYPASS)
     bench.write(FIFO_CTRL1, 9)
     bench.write(FIFO_CTRL5, HZ_104 << 3 | CONTINUOUS)
@@ -258,7 +258,7 @@ def test_change_outside_bypass_restarts_pattern() -> None:
     assert status(chip) == (12, 0, 0)
 
 
-def test_watermark_change_keeps_everything_else() -> None:
+def test_watermark_change_does_not_affect_other_state() -> None:
     chip = fifo_of(CONTINUOUS, odr=2)
     samples(chip, 6)
     chip.write(FIFO_CTRL1, 6)

@@ -46,13 +46,13 @@ XL_416 = at_rate(ACCELEROMETER, 6)
         (0x62, 0x84, 416 / 4),  # HP_SLOPE_XL_EN goes before LPF2_XL_EN
     ],
 )
-def test_half_power_at_bandwidth(ctrl1: int, ctrl8: int, bandwidth: float) -> None:
+def test_power_is_half_at_bandwidth(ctrl1: int, ctrl8: int, bandwidth: float) -> None:
     gain = abs(measured(XL_416, ((CTRL8_XL, ctrl8), (CTRL1_XL, ctrl1)), bandwidth, skip=2500, count=1300))
     assert gain == pytest.approx(HALF_POWER, rel=0.005)
 
 
 @pytest.mark.parametrize("ctrl8", [0x00, 0x08])
-def test_without_filter_samples_are_world(ctrl8: int) -> None:
+def test_samples_without_filter_equal_world(ctrl8: int) -> None:
     """Samples can only show up to ODR/2. INPUT_COMPOSITE has no effect without a filter."""
     found = measured(XL_416, ((CTRL8_XL, ctrl8), (CTRL1_XL, 0x60)), 150.0, skip=0)
     assert found == pytest.approx(1.0, abs=1e-4)
@@ -70,7 +70,7 @@ def test_input_composite_adds_odr_4_filter() -> None:
     ("code", "bw0", "bandwidth"),
     [(10, 0, 1500.0), (10, 1, 400.0), (9, 1, 400.0), (8, 1, 400.0), (7, 0, 400.0)],
 )
-def test_analog_filter_by_bw0_xl(code: int, bw0: int, bandwidth: float) -> None:
+def test_bw0_xl_selects_analog_filter(code: int, bw0: int, bandwidth: float) -> None:
     """1500 Hz at 1666 Hz and above, or 400 Hz with BW0_XL = 1; always 400 Hz at lower rates. LPF1 at ODR/2 follows."""
     channel = at_rate(ACCELEROMETER, code)
     writes = ((CTRL1_XL, code << 4 | bw0),)
@@ -146,7 +146,7 @@ def test_slope_filter_starts_with_half_first_sample() -> None:
 
 
 @pytest.mark.parametrize(("code", "samples"), [(1, 80), (2, 15), (3, 320)])
-def test_high_pass_takes_gravity_away(code: int, samples: int) -> None:
+def test_high_pass_removes_gravity(code: int, samples: int) -> None:
     chip = Chip("LSM6DSL")
     chip.configure(((CTRL8_XL, 0x04 | code << 5), (CTRL1_XL, 0x60)))
 

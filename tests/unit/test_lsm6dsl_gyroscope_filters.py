@@ -33,7 +33,7 @@ def gyroscope(code: int, column: int) -> Writes:
 
 
 @pytest.mark.parametrize(("code", "column", "cutoff_hz"), CUTOFFS)
-def test_gyroscope_half_power_at_cutoff(code: int, column: int, cutoff_hz: float) -> None:
+def test_gyroscope_power_is_half_at_cutoff(code: int, column: int, cutoff_hz: float) -> None:
     channel = at_rate(GYROSCOPE, code)
     gain = abs(measured(channel, gyroscope(code, column), cutoff_hz, skip=200, world=True))
     assert gain == pytest.approx(HALF_POWER, rel=0.005)
@@ -55,13 +55,13 @@ PHASE_DEG = {
     ("code", "ftype", "lag_deg"),
     [(code, ftype, lag) for code, row in PHASE_DEG.items() for ftype, lag in enumerate(row)],
 )
-def test_gyroscope_phase_at_20_hz(code: int, ftype: int, lag_deg: float) -> None:
+def test_gyroscope_phase_at_20_hz_is_documented(code: int, ftype: int, lag_deg: float) -> None:
     found = measured(at_rate(GYROSCOPE, code), gyroscope(code, ftype + 1), 20.0, skip=300, world=True)
     assert -math.degrees(math.atan2(found.imag, found.real)) == pytest.approx(lag_deg, abs=0.1)
 
 
 @pytest.mark.parametrize(("code", "corner_hz"), list(enumerate((0.016, 0.065, 0.260, 1.04))))
-def test_gyroscope_high_pass(code: int, corner_hz: float) -> None:
+def test_gyroscope_high_pass_has_documented_cutoff(code: int, corner_hz: float) -> None:
     """The rate is 12.5 Hz, so that a few thousand samples are long enough."""
     channel = at_rate(GYROSCOPE, 1)
     skip = int(3 * 12.5 / corner_hz)

@@ -152,8 +152,8 @@ def test_hub_sets_up_and_reads_lis2mdl() -> None:
     assert chip.notes == []
 
 
-def test_hub_outputs_hold_field_at_transfer() -> None:
-    """A later read has no effect: the outputs are those of the last round, 10 s ago."""
+def test_hub_outputs_keep_field_of_transfer_time() -> None:
+    """A later read has no effect: the outputs are those of the latest round, 10 s ago."""
     chip = Chip("LSM6DSL")
     magnetometer = with_magnetometer(chip)
     chip.world.signals["magnetic_field_mgauss"] = ramp((0.0, 0.0, 0.0), (15.0, 0.0, 0.0))
@@ -169,7 +169,7 @@ def test_hub_outputs_hold_field_at_transfer() -> None:
 # -- timing ---------------------------------------------------------------------------------------------
 
 
-def test_transfers_take_their_time_on_bus() -> None:
+def test_transfers_take_documented_time_on_bus() -> None:
     """Datasheet T8: 116.3 kHz. A byte takes nine clocks; start, repeated start and stop take one clock each."""
     assert pytest.approx(29 * CLOCK_PS, rel=1e-6) == WRITE_PS
     assert pytest.approx(11 * CLOCK_PS, rel=1e-6) == UNANSWERED_PS
@@ -253,7 +253,7 @@ def slaves(*configs: tuple[int, int, int, int]) -> Writes:
     return tuple(writes)
 
 
-def test_results_are_packed_one_after_other() -> None:
+def test_outputs_of_slaves_are_packed_without_gaps() -> None:
     """AN5040 7.2: SENSORHUB1 to 12, then 13 to 18, in the order of the slaves."""
     device, other = Recorder(), Recorder()
     chip = hub(
@@ -295,7 +295,7 @@ def test_slave_without_read_uses_no_output_bytes() -> None:
     assert outputs(chip) == b"\x30\x31" + bytes(16)
 
 
-def test_rates_are_every_trigger_to_every_eighth() -> None:
+def test_slave_rate_divides_triggers_by_1_to_8() -> None:
     device = Recorder()
     chip = hub(slaves(*((0x3D, 0x10 * (code + 1), 1, code) for code in range(4))), a1E=device)
     chip.t_ps = -(-16 * PS_PER_S // 104) + 9 * PS_PER_MS
@@ -310,7 +310,7 @@ def test_rates_are_every_trigger_to_every_eighth() -> None:
     ("extra", "once", "writes"),
     [(1, True, 1), (1, False, 10), (0, True, 10)],  # write_once needs more than one slave
 )
-def test_write_once(extra: int, once: bool, writes: int) -> None:
+def test_write_once_needs_more_than_one_slave(extra: int, once: bool, writes: int) -> None:
     """Datasheet 11.8."""
     device = Recorder()
     bank_a = (
@@ -341,7 +341,7 @@ def test_src_mode_reads_only_if_tested_register_nonzero(status: int, reads: int)
     assert device.reads[-1][0] == -(-PS_PER_S // 104) + read_ps(1) + reads * read_ps(6)
 
 
-def test_silent_slaves_are_named_and_keep_their_bytes() -> None:
+def test_silent_slaves_are_reported_and_keep_their_bytes() -> None:
     """Datasheet 9.68: FUNC_SRC2 bits 3 to 6. The flag shows the latest round."""
     device = Recorder()
     chip = hub(
@@ -413,7 +413,7 @@ def by_pin(high: bool = False) -> tuple[Chip, Recorder]:
     return chip, device
 
 
-def test_int2_going_high_triggers_round() -> None:
+def test_rise_of_int2_triggers_round_of_hub() -> None:
     """With START_CONFIG = 1, INT2 is an input."""
     chip, device = by_pin()
     pin = lsm6dsl(chip).int2
@@ -431,7 +431,7 @@ def test_int2_going_high_triggers_round() -> None:
     assert chip.notes == []
 
 
-def test_int2_going_high_during_round_is_lost() -> None:
+def test_rise_of_int2_during_round_is_ignored() -> None:
     chip, device = by_pin()
     for level in (1, 0, 1, 0):
         lsm6dsl(chip).int2.apply(level, chip.t_ps)
@@ -456,7 +456,7 @@ def test_auxiliary_address_has_seven_bits(address: int) -> None:
         lsm6dsl(Chip("LSM6DSL")).attach_auxiliary(address, Recorder())
 
 
-def test_auxiliary_address_is_taken_once() -> None:
+def test_second_device_at_auxiliary_address_is_refused() -> None:
     part = lsm6dsl(Chip("LSM6DSL"))
     part.attach_auxiliary(0x1E, Recorder())
     with pytest.raises(ValueError, match="0x1E"):
@@ -494,7 +494,7 @@ UNIT = (8, 0, 0, 0, 8, 0, 0, 0, 8)
         ((16, 0x84, 0, 1, 8, 0, 0x88, 0, 12), False, (90, 220, -330)),
     ],
 )
-def test_hard_and_soft_iron_correction(
+def test_iron_correction_gives_documented_outputs(
     soft: tuple[int, ...], soft_on: bool, calibrated: tuple[int, int, int]
 ) -> None:
     """AN5040 7.5.3: raw M, calibrated SI (M - HI), uncalibrated SI (M - HI) + HI."""
@@ -537,7 +537,7 @@ def test_si_end_op_latches_on_int2() -> None:
     assert not chip.byte(FUNC_SRC1) & SI_END_OP
 
 
-def test_result_out_of_range_fails() -> None:
+def test_correction_result_out_of_range_sets_hi_fail() -> None:
     chip = measuring(0.0, 0.0, 0.0)
     strong, weak = constant(30_000.0, 0.0, 0.0), constant(15.0, 0.0, 0.0)
     chip.world.signals["magnetic_field_mgauss"] = step(strong, weak, at_s=1.5)

@@ -125,7 +125,7 @@ def test_each_bit_routes_its_signal_and_no_other(address: int, bit: int, name: S
 
 
 @pytest.mark.parametrize(("address", "bit", "name", "pin"), WHEREVER)
-def test_int2_on_int1_brings_everything_to_int1(address: int, bit: int, name: SignalName, pin: int) -> None:
+def test_int2_on_int1_routes_every_signal_to_int1(address: int, bit: int, name: SignalName, pin: int) -> None:
     wires = Wires((address, bit), (CTRL4_C, 0x20 | (bit if address == CTRL4_C else 0)))
 
     assert wires.raise_all(others(name), 1) == [0, 0]
@@ -141,7 +141,9 @@ def test_every_signal_can_be_routed() -> None:
     [(0x04, (0, 1)), (0x24, (1, 0)), (0x14, (None, 1)), (0x34, (None, 0))],
     ids=["push-pull", "active low", "open drain", "open drain, active low"],
 )
-def test_polarity_and_open_drain(ctrl3: int, levels: tuple[int | None, int | None]) -> None:
+def test_polarity_and_open_drain_determine_pin_levels(
+    ctrl3: int, levels: tuple[int | None, int | None]
+) -> None:
     """H_LACTIVE and PP_OD (datasheet 9.15): with open drain, only the active level is driven."""
     wires = Wires((INT1_CTRL, 0x08), (CTRL3_C, ctrl3))
 
@@ -149,7 +151,7 @@ def test_polarity_and_open_drain(ctrl3: int, levels: tuple[int | None, int | Non
     assert wires.raise_all(("FTH",), 1) == [levels[1], levels[0]]
 
 
-def test_signals_are_ored() -> None:
+def test_signals_of_pin_are_combined_by_or() -> None:
     wires = Wires((INT1_CTRL, 0x18))
     wires.signals.set("FTH", True, 10)
     wires.signals.set("FIFO_OVR", True, 20)
@@ -183,14 +185,14 @@ def test_late_signals_are_reported_in_time_order() -> None:
 
 
 @pytest.mark.parametrize("writes", [((CTRL6_C, 0x80),), ((CTRL6_C, 0x40),), ((MASTER_CONFIG, 0x11),)])
-def test_int2_is_not_driven_as_input(writes: tuple[tuple[int, int], ...]) -> None:
+def test_int2_as_input_is_not_driven(writes: tuple[tuple[int, int], ...]) -> None:
     """It is an input in any DEN mode, and as the sensor hub's external trigger."""
     wires = Wires((INT1_CTRL, 0x08), (INT2_CTRL, 0x08), *writes)
 
     assert wires.raise_all(("FTH",), 1) == [1, None]
 
 
-def test_active_signal_shows_when_routed() -> None:
+def test_active_signal_appears_on_pin_when_routed() -> None:
     bench = Bench([STILL], (FREE_FALL, 3), (TAP_CFG, ENABLE)).at(10)
     bench.wait(5)
     bench.byte(0x1B)
@@ -254,7 +256,7 @@ def test_data_ready_has_no_edges_after_power_down() -> None:
     assert bench.look() == [("INT1", sample_ps(0), 1), ("INT1", sample_ps(3), 0)]
 
 
-def test_rate_change_restarts_from_its_moment() -> None:
+def test_rate_change_restarts_sampling_at_its_time() -> None:
     bench = Bench([STILL], (DRDY_PULSE_CFG, 0x80), (INT1_CTRL, 0x01)).at(2)
     bench.wait(PS_PER_MS)
     bench.write(CTRL1_XL, 0x40)
@@ -273,7 +275,7 @@ def test_pins_without_routing_need_no_events() -> None:
     assert bench.part.next_event_ps() == sample_ps(0)
 
 
-def test_latched_data_ready_schedules_nothing_until_read() -> None:
+def test_latched_data_ready_schedules_no_events_until_read() -> None:
     bench = Bench([STILL], (INT1_CTRL, 0x01)).at(0)
     bench.look()
     assert bench.part.next_event_ps() > 10**6 * PS_PER_S

@@ -31,7 +31,7 @@ def measuring(*writes: tuple[int, int]) -> Chip:
 
 
 @pytest.mark.parametrize(("code", "pattern"), PATTERNS.items())
-def test_burst_goes_round_in_its_pattern(code: int, pattern: tuple[int, int]) -> None:
+def test_burst_wraps_in_its_pattern(code: int, pattern: tuple[int, int]) -> None:
     first, last = pattern
     length = last - first + 1
     once = measuring().read(first, length)
@@ -44,7 +44,7 @@ def test_burst_goes_round_in_its_pattern(code: int, pattern: tuple[int, int]) ->
 
 
 @pytest.mark.parametrize("code", PATTERNS)
-def test_elsewhere_bursts_go_straight_on(code: int) -> None:
+def test_bursts_outside_patterns_do_not_wrap(code: int) -> None:
     chip = measuring((CTRL5_C, code << 5))
     last = PATTERNS[code][1]
 
@@ -52,13 +52,13 @@ def test_elsewhere_bursts_go_straight_on(code: int) -> None:
         assert chip.part.advance(address, 1) == (address + 1) % 0x80
 
 
-def test_without_rounding_bursts_go_straight_on() -> None:
+def test_bursts_without_rounding_do_not_wrap() -> None:
     chip = measuring((CTRL5_C, 7 << 5), (CTRL5_C, 0x00))
 
     assert chip.part.advance(0x22, 24) == 0x3A
 
 
-def test_rounding_status_goes_round_sources() -> None:
+def test_rounding_status_wraps_over_source_registers() -> None:
     chip = measuring((CTRL7_G, ROUNDING_STATUS))
     one_by_one = bytes(chip.byte(address) for address in STATUS_PATTERN)
 
@@ -68,7 +68,7 @@ def test_rounding_status_goes_round_sources() -> None:
     assert visited == [*STATUS_PATTERN, *STATUS_PATTERN]
 
 
-def test_both_roundings_at_once() -> None:
+def test_both_roundings_can_be_enabled_together() -> None:
     chip = measuring((CTRL5_C, 1 << 5), (CTRL7_G, ROUNDING_STATUS))
 
     assert chip.part.advance(0x2D, 1) == 0x28
@@ -76,13 +76,13 @@ def test_both_roundings_at_once() -> None:
 
 
 @pytest.mark.parametrize("ctrl5", [0x00, 3 << 5])
-def test_fifo_data_always_goes_round(ctrl5: int) -> None:
+def test_fifo_data_always_wraps(ctrl5: int) -> None:
     chip = measuring((CTRL5_C, ctrl5))
 
     assert [chip.part.advance(0x3D, count) for count in range(5)] == [0x3D, 0x3E, 0x3F, 0x3E, 0x3F]
 
 
-def test_without_increment_nothing_goes_round() -> None:
+def test_without_increment_no_burst_wraps() -> None:
     chip = measuring((CTRL5_C, 1 << 5), (CTRL3_C, 0x00))
 
     assert chip.read(0x2D, 4) == 4 * chip.read(0x2D)

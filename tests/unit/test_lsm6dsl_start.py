@@ -38,7 +38,7 @@ def first_sample_ms(chip: Chip) -> float:
 
 @pytest.mark.parametrize("code", [4, 6])
 @pytest.mark.parametrize("ctrl7", [0x00, 0x80])
-def test_drive_takes_35_ms_after_power_down(code: int, ctrl7: int) -> None:
+def test_gyroscope_drive_takes_35_ms_after_power_down(code: int, ctrl7: int) -> None:
     """Datasheet Table 4, Ton; in every mode."""
     chip = Chip("LSM6DSL")
     chip.configure(((CTRL7_G, ctrl7), (CTRL2_G, code << 4)))
@@ -46,14 +46,14 @@ def test_drive_takes_35_ms_after_power_down(code: int, ctrl7: int) -> None:
 
 
 @pytest.mark.parametrize("ms", [0.0, 12.5, 70.0])
-def test_another_turn_on_time_can_be_given(ms: float) -> None:
+def test_gyroscope_turn_on_time_can_be_set(ms: float) -> None:
     """AN5040's Tables 14 to 16 let drivers wait for 70 ms."""
     chip = Chip("LSM6DSL", LSM6DSLErrors(gyro_turn_on_ms=ms))
     chip.write(CTRL2_G, 0x60)
     assert first_sample_ms(chip) == pytest.approx(ms + 1000 / 416, abs=0.011)
 
 
-def test_out_of_sleep_sampling_begins_at_once() -> None:
+def test_sampling_begins_immediately_after_sleep() -> None:
     chip = Chip("LSM6DSL")
     chip.configure(((CTRL4_C, 0x40), (CTRL2_G, 0x60)))
     chip.wait(PS_PER_S)
@@ -61,7 +61,7 @@ def test_out_of_sleep_sampling_begins_at_once() -> None:
     assert first_sample_ms(chip) == pytest.approx(1000 / 416, abs=0.011)
 
 
-def test_sleep_left_early_waits_for_drive() -> None:
+def test_early_end_of_sleep_waits_for_drive() -> None:
     chip = Chip("LSM6DSL")
     chip.configure(((CTRL4_C, 0x40), (CTRL2_G, 0x60)))
     chip.wait(20 * PS_PER_MS)
@@ -93,7 +93,7 @@ def first_rates(chip: Chip, channel: Channel, began_ps: int, count: int) -> list
 
 
 @pytest.mark.parametrize(("code", "discarded"), TO_DISCARD.items())
-def test_after_documented_samples_start_is_over(code: int, discarded: int) -> None:
+def test_start_is_over_after_documented_samples(code: int, discarded: int) -> None:
     """The samples that DRDY_MASK hides are too small. All later ones are exact."""
     channel, chip = at_rate(GYROSCOPE, code), Chip("LSM6DSL")
     chip.set("angular_rate_dps", 200.0, 0.0, 0.0)
@@ -191,7 +191,7 @@ FASTER: tuple[tuple[Channel, Writes], ...] = (
 
 @pytest.mark.parametrize(("channel", "writes"), FASTER, ids=str)
 @pytest.mark.parametrize("percent", [-10.0, 2.5, 10.0])
-def test_part_may_run_fast_or_slow(channel: Channel, writes: Writes, percent: float) -> None:
+def test_sensor_rate_may_be_fast_or_slow(channel: Channel, writes: Writes, percent: float) -> None:
     """The error is the same for all rates. The last of a thousand samples shows it."""
     chip = Chip("LSM6DSL", LSM6DSLErrors(odr_percent=percent))
     real = replace(channel, rate_hz=channel.rate_hz * Fraction(1000 + int(10 * percent), 1000))
@@ -204,7 +204,7 @@ def test_part_may_run_fast_or_slow(channel: Channel, writes: Writes, percent: fl
     assert chip.is_ready(channel)
 
 
-def test_samples_of_fast_part_have_their_own_times() -> None:
+def test_fast_sensor_samples_world_at_earlier_times() -> None:
     chip = Chip("LSM6DSL", LSM6DSLErrors(odr_percent=10.0))
     chip.world.signals["acceleration_g"] = ramp((0.0, 0.0, 0.0), (0.1, 0.0, 0.0))
     chip.write(CTRL1_XL, 0x40)

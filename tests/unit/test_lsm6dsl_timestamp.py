@@ -49,7 +49,7 @@ def test_timestamp_follows_sensor_rate_error(wake_up_dur: int, tick_ps: int, per
     assert count(chip) == 1000
 
 
-def test_timer_warning_of_slow_part_follows_its_counter() -> None:
+def test_timer_warning_of_slow_sensor_follows_its_counter() -> None:
     chip = Chip("LSM6DSL", LSM6DSLErrors(odr_percent=-5))
     chip.configure(((MD1_CFG, INT1_TIMER), (WAKE_UP_DUR, TIMER_HR), (CTRL1_XL, 0x40), (CTRL10_C, TIMER_EN)))
     due_ps = -(-0xFF0000 * FAST_PS * 100 // 95)
@@ -135,7 +135,7 @@ def test_writing_aa_restarts_timestamp() -> None:
 
 
 @given(value=st.integers(0, 0xFF).filter(lambda value: value != RESTART))
-def test_writing_anything_else_does_nothing(value: int) -> None:
+def test_writing_other_values_does_not_affect_timestamp(value: int) -> None:
     chip = counting()
     chip.wait(PS_PER_S)
     chip.write(TIMESTAMP2_REG, value)
@@ -152,7 +152,7 @@ def test_software_reset_clears_timestamp() -> None:
     assert count(chip) == 0
 
 
-def test_other_writes_and_reads_do_not_disturb_it() -> None:
+def test_other_writes_and_reads_do_not_affect_timestamp() -> None:
     chip = counting()
     for step in range(1, 100):
         chip.t_ps = step * 7 * PS_PER_MS + step
@@ -198,7 +198,7 @@ def test_int1_falls_with_software_reset() -> None:
     assert [level for _, level in edges] == [1, 0]
 
 
-def test_count_past_new_limit_warns_at_once() -> None:
+def test_count_above_new_limit_warns_immediately() -> None:
     chip, edges = watched(0x00)
     chip.t_ps = 0xFF8000 * SLOW_PS
     chip.write(WAKE_UP_DUR, TIMER_HR)

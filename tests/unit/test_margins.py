@@ -84,7 +84,7 @@ def warnings(folder: Path, text: str, sensors: str, margin: str, rest: str = "1"
         ("0.9", "1", False),
     ],
 )
-def test_condition_that_reaches_rests_is_warned_of(
+def test_margin_that_reaches_resting_position_causes_warning(
     tmp_path: Path, margin: str, rest: str, warned: bool
 ) -> None:
     found = warnings(tmp_path, ALARM, IDEAL, margin, rest)
@@ -111,7 +111,7 @@ def test_condition_on_another_value_is_not_compared(tmp_path: Path) -> None:
         (PRESSURE, '{ quality = "typical", lps22hb = { pressure_bias_hpa = 0.0 } }', "0.6", False),
     ],
 )
-def test_margin_below_sensors_error_is_warned_of(
+def test_margin_below_error_of_sensor_causes_warning(
     tmp_path: Path, text: str, sensors: str, margin: str, warned: bool
 ) -> None:
     found = warnings(tmp_path, text, sensors, margin, rest="9")
@@ -120,7 +120,7 @@ def test_margin_below_sensors_error_is_warned_of(
     assert all("1.led" in one for one in found)
 
 
-def test_one_offset_is_error_of_inclination() -> None:
+def test_offset_of_one_axis_causes_inclination_error() -> None:
     settings = SensorSettings("ideal", {"lsm6dsl": {"acc_bias_mg": (100.0, 0.0, 0.0)}})
 
     assert sensor_error("roll", 1.0, settings) == pytest.approx(5.7, abs=0.1)
@@ -129,7 +129,7 @@ def test_one_offset_is_error_of_inclination() -> None:
 
 
 @pytest.mark.parametrize("seed", [111, 76])  # of those with the largest errors
-def test_error_is_that_of_board(seed: int, tmp_path: Path) -> None:
+def test_calculated_error_agrees_with_board(seed: int, tmp_path: Path) -> None:
     errors = []
     for roll in (45.0, -45.0):
         table = f'schema = 1\nquestion = "?"\nduration = "5s"\n[world]\nroll_deg = {roll}\n'

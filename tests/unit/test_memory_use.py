@@ -20,7 +20,7 @@ RAM, RAM_END = 0x2000_0000, 0x2001_0000
         (RAM + 0x3000, RAM + 0x3400, False),  # the heap lies behind the stack, as in ChibiOS
     ],
 )
-def test_ram_is_full_without_room_after_stack(end: int, stack_top: int, reported: bool) -> None:
+def test_ram_warning_appears_only_without_free_space(end: int, stack_top: int, reported: bool) -> None:
     core: Any = SimpleNamespace(lowest_stack=stack_top)
     places: Any = SimpleNamespace(
         end_of_variables=lambda: end, stack_top=stack_top, largest_variables=lambda _count: []

@@ -33,7 +33,7 @@ def refusal(path: Path) -> RecordingError:
     return caught.value
 
 
-def test_all_signals_are_replayed_in_worlds_units(tmp_path: Path) -> None:
+def test_all_signals_are_replayed_in_units_of_world(tmp_path: Path) -> None:
     rows = "0,0,0,1,1,2,3,20,0,-40,970,20\n2,0.5,0,0,3,2,1,10,0,-20,980,30\n"
     recording = load_recording(write(tmp_path, f"{FULL_HEADER}\n{rows}"))
     world = World()
@@ -46,7 +46,7 @@ def test_all_signals_are_replayed_in_worlds_units(tmp_path: Path) -> None:
     np.testing.assert_allclose(world.temperature_degc(t), [20, 25, 30, 30])
 
 
-def test_attitude_is_followed_with_or_without_altitude(tmp_path: Path) -> None:
+def test_recorded_attitude_is_followed_with_or_without_altitude(tmp_path: Path) -> None:
     world = World()
     world.replay(load_recording(write(tmp_path, f"{ATTITUDE_HEADER}\n0,0,0,0\n2,0,60,0\n")))
     np.testing.assert_allclose(world.attitude_deg([1.0, 5.0])[:, 1], [30, 60])
@@ -65,7 +65,7 @@ def test_attitude_is_followed_with_or_without_altitude(tmp_path: Path) -> None:
     ],
     ids=["plain", "spaces and CR LF", "Excel's mark, exponent, no last line feed", "another order"],
 )
-def test_spellings_that_are_accepted(tmp_path: Path, text: str) -> None:
+def test_alternative_spellings_are_accepted(tmp_path: Path, text: str) -> None:
     recording = load_recording(str(write(tmp_path, text)))
     assert list(recording.groups) == ["pressure"]
     np.testing.assert_array_equal(recording.t_s, [0, 1])
@@ -94,7 +94,7 @@ def test_spellings_that_are_accepted(tmp_path: Path, text: str) -> None:
         (f"{ATTITUDE_HEADER},temp_C", "mixed_columns"),
     ],
 )
-def test_wrong_header_is_named(tmp_path: Path, header: str, kind: str, words: Words) -> None:
+def test_wrong_header_is_reported(tmp_path: Path, header: str, kind: str, words: Words) -> None:
     error = refusal(write(tmp_path, f"{header}\n" if header else ""))
     assert (error.line, error.kind) == (1, kind)
     words("recording", error.problem)
@@ -124,7 +124,7 @@ def test_wrong_header_is_named(tmp_path: Path, header: str, kind: str, words: Wo
         ("0,970,20\n2,970,20\n1,970,20\n", 4, "time_order"),
     ],
 )
-def test_wrong_row_is_named_by_its_line(
+def test_wrong_row_is_reported_with_its_line(
     tmp_path: Path, rows: str, line: int, kind: str, words: Words
 ) -> None:
     error = refusal(write(tmp_path, f"t_s,p_hPa,temp_C\n{rows}"))
@@ -157,7 +157,7 @@ def test_refused_cell_is_shown_without_control_characters(
     assert str(error).isprintable()
 
 
-def test_binary_is_refused(tmp_path: Path) -> None:
+def test_binary_file_is_refused(tmp_path: Path) -> None:
     assert refusal(write(tmp_path, bytes(range(256)) * 4)).line == 1
     assert refusal(write(tmp_path, b"t_s,p_hPa\n0,970\n\x00\xff\x1b[2J,1\n")).line == 3
 
@@ -177,7 +177,7 @@ def test_endless_line_is_refused_early(tmp_path: Path) -> None:
     assert peak < 2**20
 
 
-def test_huge_file_is_refused_unread(tmp_path: Path) -> None:
+def test_huge_file_is_refused_before_reading(tmp_path: Path) -> None:
     path = tmp_path / "huge.csv"
     with path.open("wb") as stream:
         stream.truncate(64 * 2**20 + 1)

@@ -23,9 +23,9 @@ def moved() -> reference_models.Moved:
 def test_filters_recover_attitude_of_moved_board(
     moved: reference_models.Moved, name: str, moved_deg: tuple[float, float], gravity_deg: float
 ) -> None:
-    """The tilt is right at rest.
+    """The tilt is correct at rest.
 
-    In motion, its error is caused by the acceleration, because without it the error is gone.
+    In motion, its error is caused by the acceleration: without acceleration, the error is gone.
     """
     pytest.importorskip(reference_models.FILTERS[name][0])
     still, waved, without_motion = reference_models.attitude_errors(moved, name)
@@ -34,7 +34,7 @@ def test_filters_recover_attitude_of_moved_board(
     assert without_motion < min(waved, gravity_deg)
 
 
-def test_passing_magnet_is_magpylibs_dipole() -> None:
+def test_passing_magnet_equals_dipole_of_magpylib() -> None:
     pytest.importorskip("magpylib")
     difference, field = reference_models.magnet_difference_mgauss()
     assert difference < 1e-6 * field

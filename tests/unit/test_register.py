@@ -110,7 +110,7 @@ def test_unmodelled_bits_are_writable_and_reserved_are_not(
 
 
 @given(disjoint_fields())
-def test_nothing_of_read_only_register_is_writable(fields: list[Bits]) -> None:
+def test_no_bit_of_read_only_register_is_writable(fields: list[Bits]) -> None:
     bank = RegisterMap([declare(*fields, addr=0x1E, access="r")])
 
     assert not any(bank.write_mask)

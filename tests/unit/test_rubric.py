@@ -40,7 +40,7 @@ def written(folder: Path, text: str) -> Path:
     return path
 
 
-def test_rubric_is_read(tmp_path: Path) -> None:
+def test_valid_rubric_is_loaded(tmp_path: Path) -> None:
     rubric = load_rubric(written(tmp_path, GOOD))
 
     assert (rubric.name, rubric.title, rubric.max_points) == ("mine", "A rubric", 2)
@@ -131,13 +131,13 @@ expect = [{ kind = "field", name = "Roll", truth = true, tolerance = 1 }]
 
 
 @pytest.mark.parametrize("entry", ["pitch", "1.pitch"])
-def test_requires_may_name_check_of_rubric(tmp_path: Path, entry: str) -> None:
+def test_requires_key_may_name_check_of_rubric(tmp_path: Path, entry: str) -> None:
     rubric = load_rubric(written(tmp_path, GOOD + MORE.replace('["pitch"]', f'["{entry}"]')))
 
     assert rubric.prerequisites.needed(["1.roll"]) == {"1.roll", "1.pitch"}
 
 
-def test_requires_exercise_means_its_checks_with_points(tmp_path: Path) -> None:
+def test_required_exercise_means_its_checks_with_points(tmp_path: Path) -> None:
     second = MORE.replace('["pitch"]', '["1"]').replace(
         "\n[[exercise.check]]", '\n[[exercise]]\nid = "2"\ntitle = "More"\nrun = "still"\n[[exercise.check]]'
     )
@@ -157,7 +157,7 @@ def test_requires_exercise_means_its_checks_with_points(tmp_path: Path) -> None:
         ('["pitch"]', '"pitch"', "exercise[0].check[1].requires: "),
     ],
 )
-def test_requires_unknown_or_circular_is_refused(tmp_path: Path, old: str, new: str, key: str) -> None:
+def test_unknown_or_circular_requires_key_is_refused(tmp_path: Path, old: str, new: str, key: str) -> None:
     path = written(tmp_path, (GOOD + MORE).replace(old, new))
 
     with pytest.raises(RubricError) as caught:
@@ -173,7 +173,7 @@ def test_rubric_schema_refuses_unknown_run_keys() -> None:
         assert not validator.is_valid(tomllib.loads(GOOD.replace("duration", wrong)))
 
 
-def test_unknown_rubric_name_lists_known_ones() -> None:
+def test_unknown_rubric_name_error_lists_known_names() -> None:
     with pytest.raises(InputError, match=r"'lab2'.*lab3") as caught:
         load_rubric("lab2")
     assert caught.value.kind == "unknown_rubric"

@@ -117,13 +117,13 @@ def test_token_is_not_read_from_non_file(folder: Path, make: Callable[[Path], No
     assert found.token != "x" * 32
 
 
-def test_token_that_no_address_can_have_is_replaced(folder: Path) -> None:
+def test_invalid_stored_token_is_replaced(folder: Path) -> None:
     (folder / "web-8000.json").write_text(json.dumps({"token": "\x1b[31m" + "x" * 27}), encoding="utf-8")
     assert address.address_for(8000).token.isprintable()
 
 
 @posix
-def test_own_file_is_read_completely_or_refused(folder: Path) -> None:
+def test_file_of_user_is_read_completely_or_refused(folder: Path) -> None:
     file = folder / "file"
     file.write_bytes(b"12345")
     assert read_own_file(file, 5) == b"12345"
@@ -132,7 +132,7 @@ def test_own_file_is_read_completely_or_refused(folder: Path) -> None:
 
 
 @posix
-def test_port_name_is_not_taken_over_pipe(folder: Path) -> None:
+def test_port_name_does_not_replace_pipe(folder: Path) -> None:
     from fcu_emulator.emulator.links.port_name import claim_port
 
     os.mkfifo(folder / ".ttyFCU0.lock")
@@ -164,7 +164,7 @@ def _served(door: ControlServer) -> RunningBoard:
     return door._board
 
 
-def test_callers_without_token_displace_no_caller() -> None:
+def test_callers_without_token_do_not_displace_others() -> None:
     with closing(ControlServer("lab3", [], lambda _message: {"t_s": 0.0})) as door:
         board = _served(door)
         with (
@@ -269,7 +269,7 @@ def _until(door: ControlServer, condition: Callable[[], bool]) -> None:
 @pytest.mark.parametrize(
     "error", [OSError(28, "No space left on device"), MemoryError(), KeyError("x"), InputError("x")]
 )
-def test_failure_of_callers_message_is_its_answer(error: Exception) -> None:
+def test_failed_message_gets_error_as_its_answer(error: Exception) -> None:
     def answer(_message: object) -> dict[str, object]:
         raise error
 

@@ -63,7 +63,7 @@ NOT_MET = [
 
 
 @pytest.mark.parametrize(("kind", "keys"), MET)
-def test_met_expectation_is_not_finding(tmp_path: Path, kind: str, keys: str) -> None:
+def test_met_expectation_causes_no_finding(tmp_path: Path, kind: str, keys: str) -> None:
     result = play(tmp_path, f"{IDEAL}[[expect]]\nkind = '{kind}'\n{keys}\n")
     assert result.passed
     assert (result.passed_count, result.failed_count, len(result.lines)) == (1, 0, 1)
@@ -159,7 +159,7 @@ def test_longer_text_differs_in_its_next_line(tmp_path: Path) -> None:
     assert [line[0] for line in finding.diff[1:]] == [" "] * 3 + ["+"] * 6
 
 
-def test_truth_is_that_of_moment_of_printing(tmp_path: Path) -> None:
+def test_truth_is_that_at_time_of_printing(tmp_path: Path) -> None:
     """The board sweeps at 20 degrees a second. With a settling time of 0, the delay of the sensors is visible."""
     turn = "[[timeline]]\ndo = 'sweep'\naxis = 'pitch'\nto_deg = 30\nat = '1s'\nfor = '1.5s'\n"
     field = "[[expect]]\nkind = 'field'\nname = 'Pitch'\ntruth = true\n"
@@ -178,7 +178,7 @@ def test_truth_survives_jumps_of_world(tmp_path: Path) -> None:
     assert play(tmp_path, head + jumps + field).passed
 
 
-def test_motion_after_jump_starts_at_its_end(tmp_path: Path) -> None:
+def test_motion_after_jump_starts_from_new_attitude(tmp_path: Path) -> None:
     """A jump discards later plans, so the sweep begins after it, from the angles at that time."""
     head = HEAD + 'duration = "8s"\n[sensors]\nquality = "ideal"\n'
     timeline = (
@@ -201,7 +201,7 @@ def test_motion_after_jump_starts_at_its_end(tmp_path: Path) -> None:
     assert result.passed, result.lines
 
 
-def test_malformed_line_is_not_wrong_value() -> None:
+def test_malformed_line_is_not_reported_as_wrong_value() -> None:
     expectation = ExpectField.model_validate(
         {"kind": "field", "name": "Pitch", "value": 1.0, "tolerance": 0.1}
     )
@@ -280,7 +280,7 @@ def test_numbers_are_parsed_with_their_sign(line_format: object, data: st.DataOb
 
 
 @given(st.floats(-720, 720), st.floats(-720, 720))
-def test_angles_differ_shorter_way_round(printed: float, wanted: float) -> None:
+def test_angle_difference_takes_shorter_way_round(printed: float, wanted: float) -> None:
     error = deviation("Yaw", printed, wanted)
     assert -180 <= error <= 180
     assert ((printed - wanted - error) / 360) == pytest.approx(round((printed - wanted - error) / 360))
@@ -292,12 +292,12 @@ def test_angles_wrap_and_keep_their_sign(printed: float, wanted: float, error: f
     assert deviation("Yaw", printed, wanted) == pytest.approx(error)
 
 
-def test_only_banner_may_be_either() -> None:
+def test_only_banner_has_two_accepted_spellings() -> None:
     assert same_banner("STEVAL-FCU001V1 FW rev.1.0") == "STEVAL-FCU001V1 FH rev.1.0"
     assert same_banner("FW rev.1.0") == "FW rev.1.0"
 
 
-def test_report_compares_prints_with_truth(tmp_path: Path, words: Words) -> None:
+def test_report_compares_printed_values_with_truth(tmp_path: Path, words: Words) -> None:
     result = play(tmp_path, f"{IDEAL}[[report]]\nfield = 'Pitch'\nagainst = 'truth'\n")
     words("scenario", f"{result.reports[0]}\n{result.reports[-1]}")
     assert len(result.reports) == 5
@@ -313,7 +313,7 @@ def test_report_covers_part_of_run(tmp_path: Path, words: Words) -> None:
     assert (refused.value.key, refused.value.kind) == ("report[0].from", "after_end")
 
 
-def test_report_and_expectation_name_their_truth(tmp_path: Path, words: Words) -> None:
+def test_report_and_expectation_state_their_truth(tmp_path: Path, words: Words) -> None:
     """The board sweeps at 20 degrees a second: printed values are a little old, and one print has two errors."""
     turn = "[[timeline]]\ndo = 'sweep'\naxis = 'pitch'\nto_deg = 30\nat = '1s'\nfor = '1.5s'\n"
     field = "[[expect]]\nkind = 'field'\nname = 'Pitch'\ntruth = true\ntolerance = 0.0001\n"
@@ -336,7 +336,7 @@ def test_report_without_printed_values_is_explained(tmp_path: Path, words: Words
     words("scenario", line)
 
 
-def test_report_flags_angles_of_accelerated_board(tmp_path: Path) -> None:
+def test_report_marks_angles_of_accelerated_board(tmp_path: Path) -> None:
     """Slides, "eCompass math": the tilt is valid only if the modulus is near g."""
     file = tmp_path / "shaken.toml"
     file.write_text(

@@ -41,7 +41,7 @@ def attitudes(path: Path, count: int) -> list[float]:
     return [float(entry["pitch_deg"]) for entry in entries]
 
 
-def test_draws_are_within_their_ends_and_differ(tmp_path: Path) -> None:
+def test_random_values_are_within_limits_and_differ(tmp_path: Path) -> None:
     drawn = attitudes(written(tmp_path), 40)
 
     assert all(20 <= abs(one) <= 70 for one in drawn)
@@ -49,7 +49,7 @@ def test_draws_are_within_their_ends_and_differ(tmp_path: Path) -> None:
     assert len(set(drawn)) > 30
 
 
-def test_draw_depends_on_seed_not_on_other_entries(tmp_path: Path) -> None:
+def test_random_value_does_not_depend_on_other_entries(tmp_path: Path) -> None:
     before = attitudes(written(tmp_path), 5)
     again = attitudes(written(tmp_path, f'{FILE}\n[[timeline]]\ndo = "hold"\nfor = "1s"\n'), 5)
 
@@ -61,7 +61,7 @@ PITCH_OF_SEED_0 = -23.57
 """The value at the time of writing, so that a verdict of last year can be repeated."""
 
 
-def test_board_draws_by_its_own_seed(tmp_path: Path) -> None:
+def test_seed_of_board_determines_random_values(tmp_path: Path) -> None:
     path = written(tmp_path)
     boards = [Board(scenario=path, seed=seed) for seed in (1, 1, 2)]
     for board in boards:
@@ -86,7 +86,7 @@ def test_board_draws_by_its_own_seed(tmp_path: Path) -> None:
         ("random_sign = true", "random_sign = 1", "world.hard_iron_mgauss[0]", "draw"),
     ],
 )
-def test_wrong_draw_is_refused_with_any_seed(
+def test_wrong_random_value_is_refused_with_any_seed(
     tmp_path: Path, old: str, new: str, key: str, kind: str, words: Words
 ) -> None:
     path = written(tmp_path, FILE.replace(old, new, 1))
@@ -98,7 +98,7 @@ def test_wrong_draw_is_refused_with_any_seed(
     words("scenario", caught.value.problem)
 
 
-def test_schema_accepts_draws(tmp_path: Path) -> None:
+def test_schema_accepts_random_values(tmp_path: Path) -> None:
     import tomllib
 
     validator = jsonschema.Draft202012Validator(json_schema())

@@ -151,7 +151,7 @@ def test_place_outside_model_is_refused(tmp_path: Path, place: str, kind: str, w
     words("scenario", error.problem)
 
 
-def test_overlapping_motions_are_both_named(tmp_path: Path) -> None:
+def test_overlapping_motions_are_both_reported(tmp_path: Path) -> None:
     sweep = "[[timeline]]\ndo = 'sweep'\naxis = 'yaw'\nto_deg = 9\nfor = '1s'\nat = '1s'\n"
     error = refusal(tmp_path, HEAD + "[[timeline]]\ndo = 'rotate_to'\nfor = '2s'\n" + HOLD + sweep)
     assert (error.key, error.kind) == ("timeline[2].at", "overlap")
@@ -280,7 +280,7 @@ def test_link_to_itself_is_refused(tmp_path: Path) -> None:
     assert "loop.csv" in error.problem
 
 
-def test_recording_replayed_often_is_kept_once(tmp_path: Path) -> None:
+def test_recording_replayed_often_is_stored_only_once(tmp_path: Path) -> None:
     """Its rows are also stored once, for any start of a replay."""
     rows = "".join(f"{number}e-4,0,{number % 90},0,1\n" for number in range(20_000))
     (tmp_path / "walk.csv").write_text("t_s,roll_deg,pitch_deg,yaw_deg,alt_m\n" + rows)
@@ -294,7 +294,7 @@ def test_recording_replayed_often_is_kept_once(tmp_path: Path) -> None:
     assert peak < 10_000_000  # the recording has 0.8 MB, a hundred of them 80 MB
 
 
-def test_all_files_of_scenario_have_one_bound(tmp_path: Path, words: Words) -> None:
+def test_all_files_of_scenario_share_one_limit(tmp_path: Path, words: Words) -> None:
     resources = Resources(tmp_path)
     for number in range(3):
         with (tmp_path / f"{number}.csv").open("wb") as stream:
@@ -335,7 +335,7 @@ def test_pattern_exceeding_memory_is_not_compiled(
     assert not compiled
 
 
-def test_many_patterns_have_one_bound(tmp_path: Path, words: Words) -> None:
+def test_many_patterns_share_one_limit(tmp_path: Path, words: Words) -> None:
     one = "[[expect]]\nkind = 'regex'\npattern = 'a{8000}'\n"
     load_scenario(write(tmp_path, HEAD + one * 10))
     words("scenario", refusal(tmp_path, HEAD + one * 20).problem)
@@ -354,7 +354,7 @@ def test_usual_patterns_are_compiled(tmp_path: Path, pattern: str) -> None:
     load_scenario(write(tmp_path, f"{HEAD}[[expect]]\nkind = 'regex'\npattern = '{pattern}'\n"))
 
 
-def test_all_searches_of_run_have_one_bound() -> None:
+def test_all_searches_of_run_share_one_limit() -> None:
     clock = iter(range(1000))
     patience = TimeBudget(lambda: float(next(clock)))
     for _ in range(10):
@@ -369,7 +369,7 @@ def test_question_has_no_control_characters(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes are POSIX")
-def test_pipe_does_not_keep_loader_waiting(tmp_path: Path) -> None:
+def test_pipe_does_not_block_loader(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe.toml"
     os.mkfifo(pipe)
     with pytest.raises(ScenarioError) as refused:
@@ -384,7 +384,7 @@ def test_missing_file_is_refused(tmp_path: Path, words: Words) -> None:
     words("scenario", refused.value.problem)
 
 
-def test_unknown_name_lists_known_ones() -> None:
+def test_unknown_name_error_lists_known_names() -> None:
     with pytest.raises(InputError, match=r"stars.*stairs.*askew, clocks, compass_turn, desk") as refused:
         load_scenario("stars")
     assert refused.value.kind == "unknown_scenario"
@@ -417,7 +417,7 @@ KEYS = (
 
 @given(st.sampled_from(KEYS), VALUES)
 @settings(max_examples=200)
-def test_table_of_anything_is_taken_or_refused(key: str, value: object) -> None:
+def test_any_table_is_accepted_or_refused(key: str, value: object) -> None:
     """The table does not pass the TOML parser, which would refuse some values. Every error has one line."""
     try:
         scenario_file(FCU001V1).model_validate({"schema": 1, "question": "?", key: value})
@@ -442,7 +442,7 @@ def test_window_after_end_is_refused(tmp_path: Path) -> None:
     assert (refused.value.key, refused.value.kind) == ("expect[0].from", "after_end")
 
 
-def test_timer_at_84_mhz_costs_only_its_handlers(tmp_path: Path) -> None:
+def test_lost_ticks_of_84_mhz_timer_cost_nothing(tmp_path: Path) -> None:
     file = tmp_path / "flood.toml"
     file.write_text(SHORT + "[firmware_settings]\ntimer_prescaler = 0\ntimer_period = 0\n")
     board = Board(scenario=file)

@@ -189,11 +189,11 @@ def validate(table: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_json_schema_takes_shipped_files(name: str) -> None:
+def test_json_schema_accepts_shipped_files(name: str) -> None:
     validate(tomllib.loads((SHIPPED / f"{name}.toml").read_text(encoding="utf-8")))
 
 
-def test_json_schema_takes_every_table() -> None:
+def test_json_schema_accepts_every_table() -> None:
     validate(tomllib.loads(EVERYTHING))
 
 
@@ -216,7 +216,7 @@ def test_json_schema_refuses_what_loader_refuses(tmp_path: Path, wrong: str) -> 
         load_scenario(write(tmp_path, HEAD + wrong))
 
 
-def test_file_with_everything_round_trips(tmp_path: Path) -> None:
+def test_file_with_every_key_survives_round_trip(tmp_path: Path) -> None:
     (tmp_path / "walk.csv").write_text("t_s,roll_deg,pitch_deg,yaw_deg\n0,0,0,0\n2,10,0,0\n")
     (tmp_path / "golden.txt").write_bytes(b"text\n\r")
     context = {"resources": Resources(tmp_path)}
@@ -238,7 +238,7 @@ def test_schema_settings_equal_firmware() -> None:
     ("part", "errors"),
     [("lsm6dsl", LSM6DSLErrors), ("lis2mdl", LIS2MDLErrors), ("lps22hb", LPS22HBErrors)],
 )
-def test_every_figure_of_sensor_can_be_given(tmp_path: Path, part: str, errors: type[Any]) -> None:
+def test_every_figure_of_sensor_can_be_set(tmp_path: Path, part: str, errors: type[Any]) -> None:
     values = {
         field.name: [1.0, 2.0, 3.0] if isinstance(field.default, tuple) else 0.5
         for field in dataclasses.fields(errors)

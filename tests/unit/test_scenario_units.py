@@ -81,5 +81,5 @@ def test_invalid_bus_speed_is_refused_with_example(value: object) -> None:
 
 
 @given(st.integers(0, 10**18))
-def test_formatted_duration_reads_back(duration_ps: int) -> None:
+def test_formatted_duration_can_be_read_back(duration_ps: int) -> None:
     assert parse_duration(format_duration(duration_ps)) == duration_ps

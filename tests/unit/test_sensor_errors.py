@@ -84,7 +84,7 @@ def test_bias_scale_and_drift_are_applied(
     ],
     ids=str,
 )
-def test_offsets_of_pressure_and_temperature(
+def test_pressure_and_temperature_offsets_are_added(
     channel: Channel, errors: Any, value: float, expected: float
 ) -> None:
     assert measured(channel, errors, 20.0, value) == pytest.approx([expected], rel=0, abs=1e-9)
@@ -109,7 +109,7 @@ def test_barometer_has_bias_slope_and_drift(hpa: float, degc: float, expected: f
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_calibrated_barometer_is_as_accurate_as_table_3(seed: int) -> None:
+def test_calibrated_barometer_has_accuracy_of_table_3(seed: int) -> None:
     """+-0.1 hPa, typical, from 0 to 65 degC after a one-point calibration in the middle of the range."""
     errors = replace(LPS22HBErrors.of_quality("worst", seed), pressure_noise_hpa=0.0, odr_percent=0.0)
     bias = errors.pressure_bias_hpa
@@ -167,7 +167,7 @@ NOISE = [
 
 
 @pytest.mark.parametrize(("channel", "errors", "writes", "rms"), NOISE, ids=str)
-def test_noise_rms_is_that_of_setting(channel: Channel, errors: Any, writes: Writes, rms: float) -> None:
+def test_noise_rms_equals_its_setting(channel: Channel, errors: Any, writes: Writes, rms: float) -> None:
     """2000 samples per axis: the standard error is 1.6 %, and rounding to counts adds less than 2 %."""
     chip = Chip(channel.part, errors, seed=3)
     chip.set(channel.name, *channel.value(0.0))
@@ -270,7 +270,7 @@ def test_every_figure_is_spread_noise_or_setting(part: type[Any]) -> None:
 
 
 @parts
-def test_ideal_part_is_default(part: type[Any]) -> None:
+def test_ideal_sensor_is_default(part: type[Any]) -> None:
     assert part.of_quality("ideal", 7) == part()
     figures = of_quality(part, "ideal", 7)
     assert not any(np.any(figures[name]) for name in (*SIGMAS[part], *NOISE_FIGURES[part]))
@@ -299,13 +299,13 @@ def test_typical_is_within_and_worst_at_three_sigma(part: type[Any], seed: int) 
         ({"odr_percent": math.nan}, r"LSM6DSLErrors\.odr_percent .* -20 to 20, not nan"),
     ],
 )
-def test_figure_no_part_can_have_is_refused(figures: dict[str, float], named: str) -> None:
+def test_impossible_figure_of_sensor_is_refused(figures: dict[str, float], named: str) -> None:
     with pytest.raises(ValueError, match=named):
         LSM6DSLErrors(**figures)
 
 
 @parts
-def test_hundred_parts_are_spread_as_documented(part: type[Any]) -> None:
+def test_hundred_sensors_are_spread_as_documented(part: type[Any]) -> None:
     """The figures have a normal distribution that ends at three sigma. The test is that of Kolmogorov and Smirnov.
 
     Among 40 figures, a probability below 1 % is expected; one below 0.01 % is not.
@@ -319,7 +319,7 @@ def test_hundred_parts_are_spread_as_documented(part: type[Any]) -> None:
 
 
 @parts
-def test_worst_parts_have_either_sign(part: type[Any]) -> None:
+def test_worst_sensors_have_errors_of_either_sign(part: type[Any]) -> None:
     signs = {
         float(np.sign(of_quality(part, "worst", seed)[next(iter(SIGMAS[part]))][0])) for seed in range(20)
     }
@@ -328,6 +328,6 @@ def test_worst_parts_have_either_sign(part: type[Any]) -> None:
 
 
 @parts
-def test_unknown_grade_lists_known_ones(part: type[Any]) -> None:
+def test_unknown_grade_error_lists_known_grades(part: type[Any]) -> None:
     with pytest.raises(ValueError, match=f"perfect.*{', '.join(QUALITIES)}"):
         part.of_quality("perfect", 0)

@@ -17,7 +17,7 @@ TO_4_WIRE = {"LSM6DSL": b"\x12\x04", "LIS2MDL": b"\x62\x04", "LPS22HB": b"\x10\x
 
 
 @pytest.mark.parametrize("part", CS)
-def test_three_wire_host_writes_blindly_first(part: str) -> None:
+def test_three_wire_host_writes_mode_before_first_read(part: str) -> None:
     """After reset LSM6DSL and LPS22HB are in 4-wire mode (SIM = 0), but the LIS2MDL is not (4WSPI = 0)."""
     board = Board(wiring="fcu001v1")
     register, identity = IDENTITY[part]
@@ -38,7 +38,7 @@ def test_four_wire_host_reads_in_both_modes(part: str, mode: int) -> None:
     assert board.spi2.write_read(CS[part], bytes([READ | register]), 1) == bytes([identity])
 
 
-def test_other_clock_modes_are_not_understood() -> None:
+def test_other_clock_modes_give_no_valid_data() -> None:
     board = Board(wiring="fcu001v1")
     board.spi2.configure(mode=1, wires=4)
     board.spi2.write("PA8", b"\x10\xa8")
@@ -73,7 +73,7 @@ def test_magnetometer_spi_accepts_driver_addresses() -> None:
     assert board.spi2.write_read("PB12", bytes([0xC0 | 0x45]), 6) == bytes(range(1, 7))
 
 
-def test_barometers_burst_goes_round_on_spi() -> None:
+def test_barometer_burst_wraps_on_spi() -> None:
     """LPS22HB datasheet 5.8."""
     board = Board(wiring="fcu001v1", ideal=True)
     board.spi2.write("PC13", b"\x10\x31")

@@ -42,7 +42,7 @@ def as_json(event: TraceEvent) -> str:
 
 @pytest.mark.parametrize("kind", TraceEvent.__subclasses__(), ids=lambda kind: kind.__name__)
 @given(data=st.data())
-def test_trace_line_equals_json_encoder(kind: type[TraceEvent], data: st.DataObject) -> None:
+def test_trace_line_equals_that_of_json_encoder(kind: type[TraceEvent], data: st.DataObject) -> None:
     event = data.draw(events(kind))
     assert line(event) == as_json(event)
 
@@ -114,7 +114,7 @@ def test_subscriber_may_unsubscribe_when_called() -> None:
     assert [event.t_ps for event in heard] == [1]
 
 
-def test_file_that_cannot_be_opened_is_named() -> None:
+def test_error_states_which_file_cannot_be_opened() -> None:
     with pytest.raises(LinkError, match=r"trace file /nowhere/trace\.jsonl"):
         Trace().write_to("/nowhere/trace.jsonl")
 

@@ -25,7 +25,7 @@ def test_weather_changes_pressure_at_every_height() -> None:
     np.testing.assert_array_equal(higher.altitude_m([100.0]), 100)
 
 
-def test_gusts_are_slow_and_quarter_of_wind_pressure() -> None:
+def test_gusts_are_slow_with_quarter_of_wind_pressure() -> None:
     """rho v^2 / 2 is 0.6 hPa at 10 m/s. Most of the power is below 0.5 Hz."""
     world = World()
     still = world.pressure_hpa([0.0])
@@ -44,7 +44,7 @@ def test_gusts_are_slow_and_quarter_of_wind_pressure() -> None:
     np.testing.assert_allclose(slower.pressure_hpa(t_s) - still, gusts / 4, atol=1e-9)
 
 
-def test_door_pushes_for_about_1_s() -> None:
+def test_slammed_door_changes_pressure_for_about_1_s() -> None:
     world = World()
     still = world.pressure_hpa([0.0])
     end_s = world.slam_door(0.2, start_s=5)
@@ -79,7 +79,7 @@ def wandering(rms_hpa: float = WANDER_HPA, seed: int = 1) -> World:
 
 
 def test_pressure_wander_has_published_spectrum() -> None:
-    """f^-2 from 0.0006 to 0.5 Hz: levels by a periodogram, and the mean change between 0.01 and 0.1 Hz."""
+    """The spectrum is f^-2 from 0.0006 to 0.5 Hz: compare a periodogram's levels, and the mean change at 0.01 to 0.1 Hz."""
     t_s = np.arange(0, 2**14, 0.5)
     hz = np.fft.rfftfreq(t_s.size, 0.5)
     powers, changes = [], []
@@ -99,7 +99,7 @@ def test_pressure_wander_has_published_spectrum() -> None:
     assert np.mean(changes) == pytest.approx(MEAN_CHANGE_PA_S, rel=0.1)
 
 
-def test_pressure_wander_depends_on_time_and_seed_alone() -> None:
+def test_pressure_wander_depends_only_on_time_and_seed() -> None:
     t_s = np.random.default_rng(1).uniform(0, 1e6, 200)
     first = wandering().pressure_hpa(t_s)
     single = [float(wandering().pressure_hpa([one])[0]) for one in t_s]
@@ -117,7 +117,7 @@ def test_pressure_wander_changes_no_other_signal() -> None:
     np.testing.assert_array_equal(world.specific_force_g(t_s), other.specific_force_g(t_s))
 
 
-def test_typical_board_averages_wander_over_hour() -> None:
+def test_averages_on_typical_board_wander_within_hour() -> None:
     """Averages of 100 s, as altitudes: decimetres in a typical room, 0 on an ideal board."""
     t_s = np.arange(0, 3600, 0.5)
     spread = {

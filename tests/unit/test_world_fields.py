@@ -53,7 +53,7 @@ def test_disturbances_add_to_field_temporarily() -> None:
     np.testing.assert_allclose(change, [[0, 0, 0], [50, 0, 0], [50, 0, -70], [0, 0, -70], [0, 0, 0]])
 
 
-def test_passing_magnet_is_dipole() -> None:
+def test_passing_magnet_has_field_of_dipole() -> None:
     world = World()
     end_s = world.pass_magnet(moment_am2=0.5, distance_m=0.2, speed_m_s=0.5, start_s=1)
     closest_s = (1 + end_s) / 2
@@ -90,7 +90,7 @@ def test_held_magnet_equals_passing_magnet_at_its_place() -> None:
 
 
 @given(place=st.tuples(*[st.floats(-0.5, 0.5)] * 3).filter(lambda place: np.linalg.norm(place) > 0.05))
-def test_held_magnet_field_is_slope_of_its_potential(place: tuple[float, float, float]) -> None:
+def test_field_of_held_magnet_is_slope_of_potential(place: tuple[float, float, float]) -> None:
     """Jackson, Classical Electrodynamics, section 5.6: outside, B is -grad (m . r / r^3)."""
     world, step = World(), 1e-5 * np.eye(3)
     world.follow_magnet(*place, moment_am2=0.3)
@@ -145,7 +145,7 @@ def test_figure_of_eight_without_field_still_moves() -> None:
     ("place", "expected_nt"),
     [((80, 0, 0), (6521.6, 145.9, 54791.5)), ((0, 120, 0), (39677.8, -109.6, -10580.2))],
 )
-def test_places_field_is_world_magnetic_model(
+def test_field_of_place_equals_world_magnetic_model(
     place: tuple[float, float, float], expected_nt: tuple[float, float, float]
 ) -> None:
     true = earth_field(*place, dt.date(2025, 1, 1), north="true")
@@ -186,7 +186,7 @@ def test_place_out_of_range_is_refused(
     words("python", str(caught.value))
 
 
-def test_pressure_at_floor_is_standard_atmospheres() -> None:
+def test_pressure_at_floor_is_that_of_standard_atmosphere() -> None:
     # U.S. Standard Atmosphere 1976, table I, geopotential altitude
     assert World(floor_altitude_m=0).pressure_hpa([0.0])[0] == pytest.approx(1013.25)
     assert World(floor_altitude_m=1000).pressure_hpa([0.0])[0] == pytest.approx(898.74, abs=0.01)
@@ -202,7 +202,7 @@ def test_air_at_room_temperature_has_lower_gradient() -> None:
     assert per_metre == pytest.approx(101325 * 0.0289644 * 9.80665 / (8.31432 * 298.15) / 100, rel=1e-3)
 
 
-def test_pressure_set_holds_at_present_altitude() -> None:
+def test_set_pressure_applies_at_present_altitude() -> None:
     world = World()
     world.set_altitude(30)
     world.set_temperature(10)

@@ -153,7 +153,7 @@ def test_recorded_turn_in_hand_gives_centripetal_acceleration() -> None:
     np.testing.assert_allclose(world.specific_force_g([0.5]), [[0, -pull_g, 1]], atol=1e-12)
 
 
-def test_still_world_without_hand_has_one_row() -> None:
+def test_still_world_without_hand_gives_one_row() -> None:
     world = World()
     for quantity in ("acceleration_g", "angular_rate_dps", "magnetic_field_mgauss", "pressure_hpa"):
         assert len(world.sensed(quantity, one_row=True)(np.arange(9.0))) == 1
@@ -207,7 +207,7 @@ def test_figure_of_eight_by_unknown_actor_is_refused() -> None:
     assert refused.value.kind == "choice"
 
 
-def test_put_down_is_one_change_for_observers() -> None:
+def test_putting_down_is_one_change_for_observers() -> None:
     """No observer sees the height of a board that is both in the hand and put down."""
     world = held(MOTIONS["none"], 0.0)
     world.rotate_to(60, 40, 0, duration_s=0.5)

@@ -26,7 +26,7 @@ MOTIONS: dict[str, Callable[[World], float]] = {
 }
 
 
-def test_flat_and_still_reads_one_g_up() -> None:
+def test_flat_board_at_rest_measures_one_g_up() -> None:
     np.testing.assert_array_equal(World().specific_force_g([0.0, 1e6]), [[0, 0, 1], [0, 0, 1]])
 
 
@@ -52,7 +52,7 @@ def test_lift_ends_at_rest_at_its_target() -> None:
     np.testing.assert_allclose(world.specific_force_g([1.0, 5.0, 9.0])[:, 2], 1.0)
 
 
-def test_free_fall_reads_zero_until_catch() -> None:
+def test_free_fall_measures_zero_until_catch() -> None:
     world = World()
     world.set_attitude(20, -50, 110)
     world.set_altitude(2.0)
@@ -66,7 +66,7 @@ def test_free_fall_reads_zero_until_catch() -> None:
     np.testing.assert_allclose(world.altitude_m([1.0, 1.5, 2.0]), [2, 2 - fallen, 2 - fallen - braked])
 
 
-def test_free_fall_follows_gravity_set() -> None:
+def test_free_fall_follows_gravity_that_was_set() -> None:
     world = World()
     world.set_gravity(1.62)
     np.testing.assert_allclose(world.specific_force_g([0.0]), [[0, 0, 1.62 / G]])
@@ -102,7 +102,7 @@ def test_shakes_add_up() -> None:
     np.testing.assert_allclose(world.specific_force_g([0.0]), [[0.5, 0.25, 1]])
 
 
-def test_shake_is_felt_in_board_axes() -> None:
+def test_shake_is_measured_in_board_axes() -> None:
     world = World()
     world.set_attitude(0, 0, 90)  # board X to the west
     world.shake("west", amplitude_g=0.5, frequency_hz=1, duration_s=1)
@@ -114,7 +114,7 @@ def recorded_altitude(t_s: list[float] | np.ndarray, metres: list[float] | np.nd
     return Recording("stairs.csv", np.array(t_s, dtype=float), groups)
 
 
-def test_recorded_altitude_passes_rows_with_acceleration() -> None:
+def test_recorded_altitude_passes_through_rows_with_acceleration() -> None:
     world = World()
     assert world.replay(recorded_altitude([0.0, 2.0, 4.0], [0.0, 3.0, 1.0]), start_s=1) == 5.0
     np.testing.assert_allclose(world.altitude_m([0.0, 1.0, 3.0, 5.0, 6.0]), [0, 0, 3, 1, 1])

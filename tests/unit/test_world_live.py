@@ -25,7 +25,7 @@ def world(clock: Clock) -> World:
     return World(clock)
 
 
-def test_setter_takes_effect_now_and_keeps_past(clock: Clock, world: World) -> None:
+def test_setter_takes_effect_immediately_and_keeps_past(clock: Clock, world: World) -> None:
     clock.advance_to(to_ps(2.0))
     world.set_attitude(roll_deg=0, pitch_deg=30, yaw_deg=0)
     world.set_temperature(degc=40)
@@ -67,7 +67,7 @@ def test_setter_cancels_planned_motion_of_its_quantity(clock: Clock, world: Worl
     assert world.altitude_m([9.0])[0] == 2
 
 
-def test_on_change_reports_earliest_changed_time(clock: Clock, world: World) -> None:
+def test_change_callback_gets_earliest_changed_time(clock: Clock, world: World) -> None:
     heard: list[float] = []
     world.on_change(heard.append)
     clock.advance_to(to_ps(1.5))
@@ -223,7 +223,7 @@ def test_live_changes_have_bounded_memory(
 
 
 def test_followed_attitude_is_one_motion(clock: Clock, world: World) -> None:
-    """Sensors process the motions of the last seconds for each block; before, there were hundreds."""
+    """Sensors process the motions of the preceding seconds for each block; here 200 commands are one motion."""
     for index in range(200):
         clock.advance_to(clock.now_ps + to_ps(0.02))
         world.follow_attitude(index % 90, 0, 0)

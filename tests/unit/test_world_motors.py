@@ -40,12 +40,12 @@ def test_motor_vibration_is_at_speed_and_blade_frequency(axis: int, lines: int) 
     assert len(scipy_signal.find_peaks(power, height=0.1 * power.max())[0]) == 4
 
 
-def test_single_motor_force_rotates() -> None:
+def test_force_of_single_motor_rotates() -> None:
     force = shaken_m_s2((0, 0, 0.5, 0))
     np.testing.assert_allclose(np.hypot(force[:, 0], force[:, 1]), 15 / np.sqrt(2) * 0.25, rtol=1e-9)
 
 
-def test_current_field_follows_board_and_throttle() -> None:
+def test_magnetic_field_of_current_follows_board_and_throttle() -> None:
     world = World()
     at_rest = world.magnetic_field_mgauss([0.0])
     hard_iron = world.hard_iron_mgauss([0.0])
@@ -89,7 +89,7 @@ def scenario(tmp_path: Path, *entries: str) -> Path:
     return path
 
 
-def test_scenario_runs_one_throttle_or_four(tmp_path: Path) -> None:
+def test_scenario_accepts_one_throttle_or_four(tmp_path: Path) -> None:
     entries = 'throttle = 0.5\nat = "100ms"', 'throttle = [0.1, 0, 0, 1]\nat = "200ms"'
     board = Board(scenario=scenario(tmp_path, *entries))
     for at_s, throttle in ((0.05, (0, 0, 0, 0)), (0.15, (0.5,) * 4), (0.25, (0.1, 0, 0, 1))):

@@ -29,7 +29,7 @@ def way_of(world: World, t_s: Array) -> Array:
 
 
 @given(METRES, METRES, METRES, st.floats(0.3, 3.0), st.floats(-180, 180))
-def test_integrating_felt_acceleration_twice_gives_way(
+def test_integrating_measured_acceleration_twice_gives_displacement(
     north_m: float, east_m: float, up_m: float, duration_s: float, angle_deg: float
 ) -> None:
     """This also applies while the board turns."""
@@ -43,7 +43,7 @@ def test_integrating_felt_acceleration_twice_gives_way(
     np.testing.assert_allclose(world.altitude_m(t_s), world.position_m(t_s)[:, 2])
 
 
-def test_push_east_is_felt_along_board_axes() -> None:
+def test_push_east_is_measured_along_board_axes() -> None:
     """A minimum-jerk push has a peak of 10/sqrt(3) d/T^2, first towards the east: minus Y of a board that faces north."""
     world = World()
     world.move(east_m=0.3, duration_s=0.5)
@@ -56,7 +56,7 @@ def test_push_east_is_felt_along_board_axes() -> None:
     assert world.altitude_m(t_s).max() == 0.0
 
 
-def test_horizontal_push_leaves_lift_alone() -> None:
+def test_horizontal_push_does_not_affect_lift() -> None:
     world, other = World(), World()
     for one in (world, other):
         one.lift(2.0, 1.0)
@@ -82,7 +82,7 @@ def test_position_is_continuous_in_and_out_of_hand() -> None:
 
 
 @pytest.mark.parametrize("angles", [False, True])
-def test_recorded_position_is_followed_and_felt(angles: bool, tmp_path: Path) -> None:
+def test_recorded_position_is_followed_and_measured(angles: bool, tmp_path: Path) -> None:
     t_s = np.linspace(0, 2, 81)
     smooth = (1 - np.cos(np.pi * t_s)) / 2  # there and back
     columns = [t_s, 0.5 * smooth, -0.3 * smooth, 0.2 + 0.1 * smooth]
@@ -116,7 +116,7 @@ def test_scenario_moves_board(tmp_path: Path) -> None:
     np.testing.assert_allclose(world.position_m([1.0, 1.5]), [[0, 0, 0], [0.2, 0.1, -0.3]], atol=1e-12)
 
 
-def test_accelerometer_on_board_feels_push() -> None:
+def test_accelerometer_on_board_measures_push() -> None:
     """After half of the way, the speed is 15/8 d/T, which is the sum of the samples until then."""
     board = Board(firmware=None, ideal=True)
     bus = board.i2c("I2C2")
@@ -137,7 +137,7 @@ def test_accelerometer_on_board_feels_push() -> None:
 @pytest.mark.parametrize(
     "way", [{"north_m": 1e6}, {"east_m": float("nan")}, {"up_m": 2e4}, {"duration_s": 0}]
 )
-def test_impossible_way_is_refused_without_change(way: dict[str, float]) -> None:
+def test_impossible_move_is_refused_without_change(way: dict[str, float]) -> None:
     world = World()
     with pytest.raises(InputError) as caught:
         world.move(**way)

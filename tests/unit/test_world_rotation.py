@@ -67,7 +67,7 @@ def test_gimbal_lock_reports_zero_roll() -> None:
 
 
 @pytest.mark.parametrize("name", MOTIONS)
-def test_motions_rotate_properly(name: str) -> None:
+def test_motions_have_proper_rotation_matrices(name: str) -> None:
     world = tilted_world()
     MOTIONS[name](world)
     matrices = world.rotation(INSIDE_S)
@@ -153,7 +153,7 @@ def test_recorded_attitude_is_slerped_and_held() -> None:
     np.testing.assert_array_equal(world.attitude_deg([1.0]), [[0, 0, 0]])
 
 
-def test_recording_of_one_row_is_held() -> None:
+def test_single_recorded_row_applies_at_all_times() -> None:
     world = World()
     world.replay(Recording("one.csv", np.array([1.0]), {"attitude": np.array([[1.0, 2.0, 3.0]])}))
     np.testing.assert_allclose(
@@ -161,7 +161,7 @@ def test_recording_of_one_row_is_held() -> None:
     )
 
 
-def test_wrong_axis_profile_and_turns_are_refused() -> None:
+def test_wrong_axis_and_profile_and_turns_are_refused() -> None:
     world = World()
     with pytest.raises(InputError, match=r"roll, pitch, yaw, not 'x'") as refused:
         world.sweep("x", 10, duration_s=1)

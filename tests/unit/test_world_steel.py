@@ -50,7 +50,7 @@ def test_steel_field_has_neither_divergence_nor_curl() -> None:
         np.testing.assert_allclose(slopes, slopes.T, atol=1e-4 * np.abs(slopes).max())
 
 
-def test_magnetised_steel_is_dipole_besides() -> None:
+def test_magnetised_steel_adds_field_of_dipole() -> None:
     """Griffiths (5.88): 2 m / r^3 on the axis; 1 A m2 at 1 m is 1 mgauss in each term."""
     places = np.array([[0.5, 0, 0], [0, 0.5, 0], [0, 0, 0.5]])
     change = field_at(places, moment_am2=(2.0, 0.0, 0.0)) - field_at(places)

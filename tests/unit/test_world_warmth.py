@@ -43,7 +43,7 @@ def test_board_powered_for_long_is_warm() -> None:
     np.testing.assert_array_equal(board.world.board_temperature_degc([0, 1, 1e4]), [29, 29, 29])
 
 
-def test_ideal_board_follows_air_temperature_at_once() -> None:
+def test_ideal_board_follows_air_temperature_immediately() -> None:
     clock = Clock()
     world = World(clock)
     world.warm_up(0.0, 0.0, 0.0)
