@@ -73,7 +73,7 @@ def test_cause_of_fault_is_named(code: tuple[int, ...], named: str, words: Words
     words("diagnosis", cause(board).replace(f"0x{address:08X}", "ADDRESS"))
 
 
-def test_floating_point_before_it_is_switched_on(words: Words) -> None:
+def test_floating_point_instruction_while_unit_disabled_is_named(words: Words) -> None:
     """ARMv7-M ARM B1.4.7: NOCP while CPACR denies access."""
     board = template()
     patch(board, "SystemInit", 0xEEB0, 0x0A60)  # VMOV.F32 S0, S1
@@ -174,7 +174,7 @@ def test_endless_nmi_is_reported_as_stuck(thread: str, words: Words) -> None:
         (("WWDG",), "once, by WWDG at 0.02"),
     ],
 )
-def test_last_reset_is_reported_with_reason_and_time(reasons: tuple[str, ...], reported: str) -> None:
+def test_latest_reset_is_reported_with_reason_and_time(reasons: tuple[str, ...], reported: str) -> None:
     board = Board(firmware="solution")
     assert board.chip is not None
     for reason in reasons:
@@ -212,11 +212,11 @@ def lost_store(control: int | None) -> int | None:
     return None if found is None else found.address
 
 
-def test_store_through_null_structure_is_recorded() -> None:
+def test_store_at_offset_from_null_pointer_is_recorded() -> None:
     assert lost_store(None) == 4096
 
 
-def test_refused_programming_is_not_null_store() -> None:
+def test_refused_flash_programming_is_not_null_store() -> None:
     """RM0368 3.6.4: a word with PSIZE 0 (bytes) sets PGPERR. The address is intended, so this is not a NULL pointer."""
     assert lost_store(control=1) is None
 
@@ -225,7 +225,7 @@ def test_refused_programming_is_not_null_store() -> None:
 
 
 @pytest.mark.parametrize(("name", "register"), [("I2C2", 0x4000_5800), ("ADC1", 0x4001_2004)])
-def test_harmless_write_does_not_hide_lost_one(name: str, register: int) -> None:
+def test_harmless_write_does_not_hide_lost_write(name: str, register: int) -> None:
     """Writing the reset value changes nothing. The next write to the same register is lost without a clock."""
     board = template()
     assert board.chip is not None

@@ -307,7 +307,7 @@ def test_sample_is_requested_once(kind: str) -> None:
     assert len(set(map(str, board.seen[-3:]))) == 1
 
 
-def test_configuration_needs_no_call() -> None:
+def test_configuration_read_needs_no_sensor_call() -> None:
     board = Board(live=False)
     board.act(("read", LSM6DSL, 0x10, 1))
     calls = Calls(board)
@@ -319,7 +319,7 @@ def test_configuration_needs_no_call() -> None:
     assert board.seen[-1] == b"\x60"
 
 
-def test_kept_messages_are_among_recent_transfers() -> None:
+def test_recent_transfers_include_messages_with_kept_bytes() -> None:
     board = Board(live=False)
     for register in (0x10, 0x0F, 0x10, 0x0F):
         board.act(("read", LSM6DSL, register, 1))
@@ -333,7 +333,7 @@ def test_kept_messages_are_among_recent_transfers() -> None:
 
 
 @pytest.mark.parametrize("start", [0x20, 0xA0])
-def test_part_with_increment_bit_gets_it(start: int) -> None:
+def test_sensor_receives_its_increment_bit(start: int) -> None:
     """With this bit a burst increments the address, without it the address stays. This also holds for kept bytes."""
     board = Board(live=False)
     bench, part = board.bench, Asking()

@@ -112,7 +112,7 @@ def test_damaged_elf_files_load_or_are_refused(shard: int, version: int) -> None
 
 @pytest.mark.parametrize("version", [4, 5])
 @pytest.mark.parametrize("region", ["symbols", "debug information"])
-def test_elf_files_with_damaged_names_survive(region: str, version: int) -> None:
+def test_loader_survives_elf_files_with_damaged_names(region: str, version: int) -> None:
     """3200 files keep their headers, so that the damage reaches the readers behind them."""
     whole = debug_elf(version)
     start = whole.index(code()) + len(code())
@@ -157,7 +157,7 @@ def test_damaged_binary_files_load_or_are_refused() -> None:
     assert 200 < accepted < 950
 
 
-def test_damaged_files_take_no_memory() -> None:
+def test_damaged_files_take_little_memory() -> None:
     """100 files are damaged; the largest, with doubled headers, has 20 KB."""
     random = Random(5)
     files = [mutated(debug_elf(4 + number % 2), random, OF_ELF) for number in range(100)]

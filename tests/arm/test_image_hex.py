@@ -79,7 +79,7 @@ def test_long_hex_file_crosses_64_kb() -> None:
     assert image.segments == ((FLASH, data),)
 
 
-def test_last_line_needs_no_ending() -> None:
+def test_final_line_needs_no_line_ending() -> None:
     assert parse_firmware(hex_file().rstrip(), "lab3.hex").segments == ((FLASH, code()),)
 
 
@@ -131,7 +131,7 @@ def test_records_for_ram_are_loaded() -> None:
         (linear(0xFFFF_0000) + "\n" + record(0, 0xFFFF, b"\0\0"), "other_chip", "0xFFFFFFFF..0x100000000"),
     ],
 )
-def test_damage_is_named_with_its_line(line: str, kind: str, where: str, words: Words) -> None:
+def test_damage_is_reported_with_its_line(line: str, kind: str, where: str, words: Words) -> None:
     """code() fills lines 1 (linear base) to 17, so a line after ``:...`` of the base is line 19."""
     error = refusal(hex_file("", line))
 
@@ -155,7 +155,7 @@ def test_file_cut_between_two_lines_is_refused(words: Words) -> None:
     words("firmware_file", error.problem)
 
 
-def test_hex_text_beyond_chip_is_refused_unread(words: Words) -> None:
+def test_too_long_hex_file_is_refused(words: Words) -> None:
     error = refusal(hex_file().rstrip() + b"\n" * (6 << 20))
 
     assert error.kind == "too_long"

@@ -25,7 +25,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.skipif(not student_programs.is_buildable(), reason="arm-none-eabi-gcc or make is not installed")
 @pytest.mark.parametrize(("name", "optimisation"), CASES if ALL else CASES[::9])
-def test_right_program_gets_all_points_and_no_finding(name: str, optimisation: str, folder: Path) -> None:
+def test_correct_program_gets_all_points_and_no_finding(name: str, optimisation: str, folder: Path) -> None:
     verdict = judge(str(build(VARIANTS[name], optimisation, folder)), load_rubric("lab3"), seed=1)
 
     assert {one.check: one.actual for one in verdict.checks if one.points < one.max_points} == {}
