@@ -173,7 +173,7 @@ def test_without_dds_requests_stop_after_final_transfer(chip: Chip, adc: Adc) ->
 
 
 def test_overrun_stops_scan(chip: Chip, adc: Adc) -> None:
-    """RM0368 11.8.2: with EOCS each result must be read in time. After an overrun, DR keeps the first result."""
+    """RM0368 11.8.2: with EOCS an unread result causes an overrun. After an overrun, DR keeps the first result."""
     connect_sequence(adc, [0.0, 1.65, 3.3])
     adc.write(CR1, SCAN | OVRIE)
     adc.write(CR2, ADON | EOCS | SWSTART)

@@ -52,7 +52,7 @@ def test_both_firmwares_keep_old_values_during_bus_fault(
 def test_both_firmwares_wait_for_timeout_at_stuck_line(tmp_path: Path) -> None:
     """HAL V1.6.0 waits 25 ms until BUSY is cleared (I2C_TIMEOUT_BUSY_FLAG), which is 20 ticks per transfer.
 
-    If the line is released before, the C firmware continues at once, but the Python model waits until the end.
+    If the line is released earlier, the C firmware continues immediately, but the Python model waits for 25 ms.
     """
     scenario = write(tmp_path, IDEAL + FAULT.format("stuck", "1.2s", "100ms", ""))
     board, in_c = ran("solution", scenario, 1.4)

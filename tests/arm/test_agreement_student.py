@@ -90,7 +90,7 @@ def test_exercises_in_c_equal_python_firmware(tmp_path: Path) -> None:
 
 
 def test_negative_zero_and_rounding_error_are_not_differences(tmp_path: Path) -> None:
-    """The command is that of the guide. A pitch of zero is -0.000000, and the yaw differs by less than float resolves."""
+    """The guide has this command. A pitch of zero is -0.000000. The yaw differs by less than the error of float."""
     code = solved()
     for right, other in {
         "minus_gx = -acc.AXIS_X": "minus_gx = -(double)acc.AXIS_X",
@@ -117,7 +117,7 @@ def test_unchanged_template_differs_from_solution(tmp_path: Path) -> None:
 
 
 def test_arithmetic_mistake_is_shown_as_first_difference(tmp_path: Path) -> None:
-    """The sign of Gx in the pitch is wrong, and everything else is right."""
+    """The sign of Gx in the pitch is wrong, and all other code is correct."""
     code = solved()
     assert "minus_gx = -acc.AXIS_X" in code[FUNCTIONS]
     code[FUNCTIONS] = code[FUNCTIONS].replace("minus_gx = -acc.AXIS_X", "minus_gx = acc.AXIS_X")

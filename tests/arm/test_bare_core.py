@@ -13,7 +13,7 @@ DEVICE = 0x4002_0000
 
 
 class Bench:
-    """A core in front of a program. ``log`` has the accesses to a device."""
+    """A core that is ready to run a program. ``log`` lists the accesses to a device."""
 
     def __init__(self, source: str) -> None:
         self.core = core = BareCore()

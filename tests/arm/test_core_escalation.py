@@ -279,7 +279,7 @@ def test_hard_fault_handler_may_skip_instruction() -> None:
 
 
 def test_hard_fault_handler_without_repair_is_entered_again() -> None:
-    """The instruction is executed again: B1.5.6, return address of a synchronous fault."""
+    """B1.5.6: the return address is that of the faulting instruction, so the core executes it again."""
     core = CoreBench("reset: log 1\n udf #0\n log 2\n b .\nhard_fault: log 3\n bx lr\n")
     core.run_us(200)
 
@@ -288,7 +288,7 @@ def test_hard_fault_handler_without_repair_is_entered_again() -> None:
 
 
 def test_cfsr_is_cleared_by_writing_ones() -> None:
-    """B3.2.15. It can also be cleared by byte, because UFSR and BFSR are parts of it."""
+    """B3.2.15. CFSR can also be cleared by byte, because UFSR and BFSR are parts of CFSR."""
     core = CoreBench(
         f"""
 reset: {ALL_ENABLED} udf #0

@@ -50,7 +50,7 @@ def test_frame_without_floating_point_has_eight_words() -> None:
 
 
 def test_first_floating_point_instruction_sets_fpca() -> None:
-    """B1.4.4: this needs FPCCR.ASPEN, which is set after reset."""
+    """B1.4.4: FPCA is set only if FPCCR.ASPEN is 1, its value after reset."""
     core = CoreBench(
         f"reset: {FPU_ON} mrs r4, control\n log r4\n vmov s0, r0\n mrs r4, control\n log r4\n b .\n"
     )

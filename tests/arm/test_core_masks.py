@@ -33,7 +33,7 @@ def masked(mask: str, unmask: str, priorities: dict[int, int], number: int = 2) 
     ],
 )
 def test_mask_delays_interrupt_until_mask_is_cleared(mask: str, unmask: str) -> None:
-    """B1.4.3, B1.5.4; ARMv7-M ARM B5.2.1: CPSIE takes effect at once, and the interrupt follows."""
+    """B1.4.3, B1.5.4; ARMv7-M ARM B5.2.1: CPSIE takes effect immediately, and then the interrupt is taken."""
     core = masked(mask, unmask, {2: 0x20})
 
     assert core.values == [1, 30, 31, 2]
@@ -57,7 +57,7 @@ def test_basepri_of_0_masks_nothing() -> None:
 
 
 def test_basepri_has_four_bits() -> None:
-    """PM0214 2.1.3: its low four bits are not implemented, so a priority that is not shifted masks no interrupt."""
+    """PM0214 2.1.3: the low four bits of BASEPRI are not implemented. So a value of 1 to 15 masks no interrupt."""
     core = masked("movs r2, #5\n msr basepri, r2", "nop", {2: 0xF0})
 
     assert core.values == [30, 31, 1, 2]

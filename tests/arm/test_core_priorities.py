@@ -134,7 +134,7 @@ def test_more_urgent_interrupt_during_entry_is_taken_first(delay: int) -> None:
 
 
 def test_interrupt_after_entry_preempts_handler() -> None:
-    """B1.5.11: it arrives too late to be taken in place of the first."""
+    """B1.5.11: the second interrupt arrives too late to be taken in place of the first."""
     core = bench({0: 0x40, 2: 0x20})
     core.pulse_at_us(200, 0)
     core.pulse_at_us(200 + ENTRY_CYCLES + 1, 2)
@@ -145,7 +145,7 @@ def test_interrupt_after_entry_preempts_handler() -> None:
 
 
 def test_interrupt_pended_by_handler_comes_after_handler() -> None:
-    """B3.4.5: NVIC_ISPR, the usual way to pass work to a lower priority."""
+    """B3.4.5: a handler usually passes work to a lower priority by NVIC_ISPR."""
     core = CoreBench(
         f"""
 reset: {interrupts({3: 0x20, 2: 0x40})}

@@ -19,7 +19,7 @@ def bench(body: str, priorities: dict[int, int]) -> CoreBench:
 @pytest.mark.parametrize("instruction", ["wfi", "wfe"])
 @pytest.mark.parametrize("at_us", [200, 200.125, 201, 12345.5])
 def test_interrupt_ends_sleep_at_once(instruction: str, at_us: float) -> None:
-    """B1.5.18, B1.5.19: the interrupt is taken at once, and execution continues after the instruction."""
+    """B1.5.18, B1.5.19: the interrupt is taken immediately, and execution continues after the instruction."""
     core = bench(f"log 1\n {instruction}\n log 2\n", {0: 0x20})
     core.pulse_at_us(at_us, 0)
     core.run_us(20_000)
@@ -131,7 +131,7 @@ def test_wfe_ignores_interrupt_blocked_by_primask() -> None:
 
 @pytest.mark.parametrize("enabled", [{}, {0: 0x20}])
 def test_sevonpend_wakes_wfe_for_disabled_interrupt(enabled: dict[int, int]) -> None:
-    """B1.5.18, B3.2.7: SCR.SEVONPEND: an interrupt that becomes pending is an event, enabled or not."""
+    """B1.5.18, B3.2.7: with SCR.SEVONPEND even a disabled interrupt is an event when it becomes pending."""
     core = bench(f"{store('SCR', 1 << 4)} cpsid i\n wfe\n log 1\n", enabled)
     core.pulse_at_us(200, 0)
     core.run_us(1_000)

@@ -129,7 +129,7 @@ def test_new_reload_value_applies_from_next_reload() -> None:
 
 
 def test_reload_value_0_stops_counter_at_next_wrap() -> None:
-    """B3.3.1: "writing 0 to SYST_RVR disables the counter on the next wrap". This is also true for a start with 0."""
+    """B3.3.1: "writing 0 to SYST_RVR disables the counter on the next wrap", even if SysTick is enabled again."""
     core = CoreBench(f"reset: {started(99)} {store('SYST_RVR', 0)} b .\nsys_tick: log 1\n bx lr\n")
     core.run_us(10_000)
     assert core.values == [1]
@@ -239,7 +239,7 @@ again: subs r1, #1
 
 
 def test_cyccnt_stops_without_trcena() -> None:
-    """C1.6.5: DEMCR.TRCENA is the main switch. Programs often forget it, because a debugger sets it."""
+    """C1.6.5: DEMCR.TRCENA is the main switch. Programs often forget to set this bit, because a debugger sets it."""
     core = CoreBench(
         f"reset: {store('DWT_CTRL', 1)} mov32 r0, CYCCNT\n"
         "ldr r4, [r0]\n log r4\n ldr r4, [r0]\n log r4\n b .\n"
@@ -270,7 +270,7 @@ def test_cyccnt_counts_cycles_after_hclk_change() -> None:
 
 @pytest.mark.parametrize("hclk_hz", [0, 7])
 def test_systick_without_clock_does_not_count(hclk_hz: int) -> None:
-    """There is no division by zero either: 7 Hz by 8, because CLKSOURCE is 0."""
+    """7 Hz with CLKSOURCE 0 is a clock below 1 Hz, which must not cause a division by zero."""
     chip = NativeChip()
     chip.clocks.set(hclk_hz=hclk_hz)
     space = chip["SCS"]

@@ -118,7 +118,7 @@ CONDITIONAL = {
 
 
 def cycles_of(instructions: str, ends_us: Iterable[int]) -> int:
-    """Return the cycles by DWT's counter. R0 is 0, R1 is 1, R4 points to memory, Z is set; the run ends at each time."""
+    """Return the cycles that DWT counts. R0 is 0, R1 is 1, R4 points to RAM, Z is set. The run pauses at each time."""
     core = CoreBench(
         f"""
 reset: {store("DEMCR", 1 << 24)} {store("DWT_CTRL", 1)} {store("CPACR", 0xF << 20)}

@@ -1,4 +1,4 @@
-"""Diagnoses of the shipped programs: none without a fault, and the cause if there is one."""
+"""Diagnoses of the shipped programs: no diagnosis without a fault, and the cause of each fault."""
 
 from __future__ import annotations
 

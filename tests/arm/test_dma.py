@@ -25,7 +25,7 @@ def stream_base(stream: int) -> int:
 
 
 class Register:
-    """A data register that counts up at each read, and stores written values."""
+    """A data register whose value increases at each read. It stores the written values."""
 
     def __init__(self) -> None:
         self.value = 0

@@ -1,7 +1,7 @@
 """Mistakes in the exercises: the scenario of the exercise and the rubric agree, and both lead to the fix.
 
-With FCU_ALL_STUDENTS=1 all of tests/arm/mistakes/exercises.toml is run, which takes a quarter of an hour; otherwise a
-part.
+With FCU_ALL_STUDENTS=1 the tests run all programs of tests/arm/mistakes/exercises.toml, which takes a quarter of an
+hour. Otherwise they run a part.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Explanations of wrong formulas: the step, the formula that the program computes, and the line.
 
-Correct programs get no explanation, for any way in which they are written.
+Correct programs get no explanation, in whatever way they are written.
 """
 
 from __future__ import annotations

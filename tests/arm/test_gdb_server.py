@@ -251,7 +251,7 @@ def test_python_firmware_cannot_be_debugged() -> None:
 
 
 def test_run_under_debugger_is_unchanged() -> None:
-    """It runs without a stop, with a debugger that reads and continues, and with one that stops at every callback."""
+    """The run is the same without a debugger, with one that only continues, and with stops at every callback."""
     end_ps = 1_080 * PS_PER_MS
 
     def outcome(stops: bool | None) -> tuple[bytes, int, int]:

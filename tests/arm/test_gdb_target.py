@@ -105,7 +105,7 @@ def test_breakpoint_changes_no_memory_and_no_time() -> None:
     ],
 )
 def test_waiting_loop_with_breakpoint_is_not_skipped(loop: str) -> None:
-    """Without a debugger the loop is skipped. With one, each pass of the breakpoint is a stop."""
+    """Without a debugger the loop is skipped. With a debugger, each pass stops at the breakpoint."""
     program = f"""
     reset:  mov32 r4, FLAG
             mov32 r5, RAM

@@ -131,7 +131,7 @@ def test_led_motion_passes_threshold_on_both_sides(run: str, axis: int, rubric: 
 
 
 def test_hard_iron_keeps_every_axis_away_from_0(rubric: Rubric) -> None:
-    """On a weaker board, minima and maxima that begin at 0 would pass."""
+    """If an axis came near 0, a program whose minimum and maximum begin at 0 would pass."""
     for seed in range(25):
         scenario = rubric.scenario("iron", seed)
         world = Board(scenario=scenario, seed=seed).world
@@ -155,7 +155,7 @@ def test_wrong_axis_in_square_root_changes_yaw(run: str, wrong: str, rubric: Rub
 
 
 def _yaw_deg(force_g: np.ndarray, field: np.ndarray, wrong: str) -> np.ndarray:
-    """Return the yaw of the slides. ``wrong``: the angle whose root has its own axis."""
+    """Return the yaw by the formula on the slides. ``wrong``: the angle with its own axis in its square root."""
     (gx, gy, gz), (bx, by, bz) = force_g.T, field.T
     pitch = np.arctan2(-gx, np.hypot(gx if wrong == "pitch" else gy, gz))
     roll = np.arctan2(gy, np.hypot(gy if wrong == "roll" else gx, gz))

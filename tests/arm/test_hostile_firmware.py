@@ -137,7 +137,7 @@ def test_board_survives_interrupts_with_any_stack_pointer(stack: int, tmp_path: 
 
 @pytest.mark.parametrize("semihosting", ["bkpt #0xab", "svc #0xab"])
 def test_semihosting_calls_do_not_reach_host(semihosting: str, tmp_path: Path) -> None:
-    """SYS_OPEN would write a file on the host (Arm semihosting). Here it is a breakpoint without a debugger."""
+    """SYS_OPEN would write a file on the host (Arm semihosting). Here the call is a breakpoint without a debugger."""
     target = tmp_path / "written"
     name = str(target).encode() + b"\0"
     source = f"reset: movs r0, #1\nmov32 r1, {RAM}\n{semihosting}\nb .\nfault: b ."

@@ -83,7 +83,7 @@ def flash_of(firmware: Path) -> bytes:
 
 
 def run(driver: Path, first: int, count: int, programs: list[Path]) -> dict[str, str]:
-    """Return the counts by name. An error fails the test with the output of the sanitizers."""
+    """Run the driver, and return its counts by name. If it fails, the test shows the output of the sanitizers."""
     options = {"ASAN_OPTIONS": "quarantine_size_mb=16", "UBSAN_OPTIONS": "print_stacktrace=1"}
     done = subprocess.run(
         [driver, str(first), str(count), *programs],
@@ -104,7 +104,7 @@ def test_hostile_streams_pass_sanitizers(driver: Path, programs: list[Path]) -> 
 
 
 def test_stream_depends_only_on_its_number(driver: Path, programs: list[Path]) -> None:
-    """A result can be repeated."""
+    """So a result can be repeated by the number."""
     assert run(driver, 640, 640, programs) == run(driver, 640, 640, programs)
 
 

@@ -99,7 +99,7 @@ def bench_with_memory(delays: list[int] | None = None) -> tuple[CommBench, HalI2
 
 
 def whole_read(register: int, count: int) -> tuple[bytes, int]:
-    """Return the result of the same read as one whole transfer, and the sub-address after it."""
+    """Read in one whole transfer. Return the data and the sub-address after the transfer."""
     bench, _, memory = bench_with_memory()
     return bench.board.i2c2.bus.transfer(MEMORY, bytes((register,)), count), memory.address
 
@@ -159,7 +159,7 @@ def start_stream(bench: CommBench, stream: int, count: int, direction: int = 0) 
 
 @pytest.mark.parametrize("count", [2, 3, 6, 14])
 def test_dma_with_last_bit_reads_all_bytes(count: int) -> None:
-    """RM0368 18.3.7: with LAST, the byte after the last but one transfer is not acknowledged."""
+    """RM0368 18.3.7: with LAST, the final byte of the DMA transfer is not acknowledged."""
     bench, hal, memory = bench_with_memory()
     start_stream(bench, RX_STREAM, count)
     hal.mem_read_dma_address(MEMORY, 0x55)
@@ -173,7 +173,7 @@ def test_dma_with_last_bit_reads_all_bytes(count: int) -> None:
 
 @pytest.mark.parametrize("count", [1, 2, 9])
 def test_dma_write_equals_whole_transfer(count: int) -> None:
-    """RM0368 18.3.7: TxE requests each byte. BTF follows the last one, then STOP."""
+    """RM0368 18.3.7: TxE requests each byte. After the last byte BTF is set, and firmware sends STOP."""
     bench, hal, memory = bench_with_memory()
     data = bytes(range(0xA0, 0xA0 + count))
     bench.ram[:count] = data
@@ -375,7 +375,7 @@ def test_stop_before_unsent_byte_is_noted(bit: int) -> None:
 
 
 def test_sensor_setup_equals_whole_transfers() -> None:
-    """The lab's set-up is written once by registers and once by the board's master, and all bytes are compared."""
+    """One board writes the lab's set-up by registers, another by the board's master. All bytes are compared."""
     setup = [
         (LSM6DSL, 0x12, b"\x44"),
         (LSM6DSL, 0x10, b"\xa8\x6c"),

@@ -1,7 +1,7 @@
-"""Each of ten thousand damaged files runs or is refused in one line, with a cost proportional to its size.
+"""Each of ten thousand damaged files is loaded or refused in one line. The cost is proportional to its size.
 
 The mutations have fixed seeds, so that every run tries the same files. The cost is a count of steps in the reader of
-debug information, not a time; all other readers pass over the file once.
+debug information, not a time; all other readers read the file one time.
 """
 
 from __future__ import annotations

@@ -84,7 +84,7 @@ def test_final_line_needs_no_line_ending() -> None:
 
 
 def test_start_addresses_are_accepted_and_not_used() -> None:
-    """Types 03 and 05 tell a debugger the start address. A Cortex-M starts by its vector table."""
+    """Types 03 and 05 tell a debugger the start address. A Cortex-M takes its start address from the vector table."""
     lines = [record(5, 0, bytes.fromhex("08001234")), record(3, 0, bytes.fromhex("00003800"))]
 
     assert parse_firmware(hex_file(*lines), "lab3.hex").reset_vector == RESET | 1
@@ -98,7 +98,7 @@ def test_segment_base_reaches_one_megabyte() -> None:
 
 
 def test_segment_base_addresses_wrap_within_64_kb() -> None:
-    """The address of byte i is base + (offset + i) mod 64 K. With a linear base it continues instead."""
+    """The address of byte i is base + (offset + i) mod 64 K. With a linear base the address does not wrap."""
     wrapped = refusal(hex_file(record(2, 0, bytes.fromhex("1000")), record(0, 0xFFFF, b"\1\2")))
     on = parse_firmware(hex_file(record(0, 0xFFFF, b"\1\2")), "lab3.hex")
 

@@ -1,4 +1,4 @@
-"""Limits of a run of compiled firmware, and how they end it."""
+"""Limits of a run of compiled firmware, and the end of a run that exceeds them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Branches, special registers and requested exceptions are the same as on Unicorn, and runs end where they should.
+"""Branches, special registers and requested exceptions are the same as on Unicorn, and runs end correctly.
 
 ARMv7-M ARM A5.2.3, A5.2.5, A5.2.6, A5.3.4, B5.2.
 """
@@ -97,7 +97,7 @@ def privileged(random: Random, fields: Fields) -> Values:
 
 
 def tame(random: Random, fields: Fields) -> Values:
-    """Return such registers, with R0 to LR such that SP is a multiple of 4 and CONTROL.nPRIV remains 0."""
+    """Return privileged registers. No value of R0 to LR sets the low bits of SP or CONTROL.nPRIV."""
     values = privileged(random, fields)
     return {**values, **{register_name(number): values[register_name(number)] & ~11 for number in GENERAL}}
 

@@ -33,9 +33,9 @@ Limits = Callable[[Random], Iterator[int]]
 
 @dataclass
 class Outcome:
-    """The results of a program. ``stops``: instructions so far, PC and reason of each early end of a run.
+    """The results of a program. ``stops`` has, for each early end of a run, the instructions so far, PC and reason.
 
-    ``seen``: for each access to the device the access, the instructions so far, and the registers.
+    ``seen`` has, for each access to the device, the access, the instructions so far, and the registers.
     """
 
     executed: int = 0

@@ -57,19 +57,19 @@ def floats(random: Random, fields: Fields) -> Values:
 
 
 def to_nearest(random: Random, fields: Fields) -> Values:
-    """Return registers with rounding to nearest, if the rounding mode must not have an effect."""
+    """Return registers with rounding to nearest, for tests in which the rounding mode must not have an effect."""
     values = floats(random, fields)
     return {**values, "fpscr": values["fpscr"] & ~RMODE}
 
 
 def in_ram(random: Random, fields: Fields) -> Values:
-    """Return registers with addresses, from which no offset leads out of RAM."""
+    """Return registers with addresses in RAM. Address plus any offset is also in RAM."""
     bases = [f"r{number}" for number in range(13)] + ["lr"]
     return {**floats(random, fields), **{base: RAM + 0x1000 + 4 * random.randrange(0x3800) for base in bases}}
 
 
 def first_use(random: Random, fields: Fields) -> Values:
-    """Return registers that are usually without FPCA."""
+    """Return registers that usually have FPCA = 0."""
     return {**in_ram(random, fields), "control": random.choice((0, 2, ACTIVE))}
 
 

@@ -80,7 +80,7 @@ def c_type(kind: Any) -> str:
 
 
 def fields(structure: type[ctypes.Structure], name: str) -> Iterator[str]:
-    """Yield rules: each field has the position and the type of that in C."""
+    """Yield rules: each field has the same position and type as in C."""
     for field, kind, *_ in structure._fields_:
         yield f"offsetof({name}, {field}) == {getattr(structure, field).offset}"
         yield f"__builtin_types_compatible_p(__typeof__((({name} *)0)->{field}), {c_type(kind)})"
@@ -88,7 +88,7 @@ def fields(structure: type[ctypes.Structure], name: str) -> Iterator[str]:
 
 
 def enumerated(prefix: str, names: Iterable[str]) -> Iterator[str]:
-    """Yield rules: the position of each name is its number in C. "" is a number without a name."""
+    """Yield rules: the position of each name is its number in C. "" is skipped: this number has no name in C."""
     for number, name in enumerate(names):
         if name:
             yield f"{prefix}{name.upper().replace(' ', '_')} == {number}"

@@ -40,12 +40,12 @@ def index_apart(fields: Fields) -> bool:
 
 
 def base_apart(fields: Fields) -> bool:
-    """Return whether the transferred registers do not include a base that is written back."""
+    """Return whether no transferred register is the base, which is written back."""
     return fields["n"] not in (fields["t"], fields.get("d"))
 
 
 def two_listed(fields: Fields) -> bool:
-    """Return whether two or more registers are listed, without a base that is written back. ``l`` has no bit for SP."""
+    """Return whether two or more registers are listed, and no base that is written back. ``l`` has no bit for SP."""
     registers = fields["l"] & 0x1FFF | fields["l"] >> 13 << 14
     return registers.bit_count() > 1 and not (fields["w"] and registers >> fields["n"] & 1)
 
@@ -129,7 +129,7 @@ def at(random: Random, fields: Fields, address: Callable[[], int]) -> Values:
 
 
 def in_ram(random: Random, fields: Fields) -> Values:
-    """Return addresses from which no offset leads out of RAM; some are unaligned."""
+    """Return addresses in RAM, some of them unaligned. Address plus any offset is also in RAM."""
     return at(
         random,
         fields,

@@ -115,7 +115,7 @@ def test_sysclk_switches_when_selected_source_is_ready() -> None:
 
 
 def test_active_clock_source_cannot_be_switched_off() -> None:
-    """RM0368 6.3.1, PLLON and HSEON: they cannot be cleared while they are the source of the system clock."""
+    """RM0368 6.3.1, PLLON and HSEON: neither bit can be cleared while its clock is the source of the system clock."""
     board = Board()
     board.to_84_mhz()
     board.rcc.write(CR, 0)

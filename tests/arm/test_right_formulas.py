@@ -1,4 +1,4 @@
-"""Programs that do the lab rightly in other ways: they get every point, and nothing is said about them."""
+"""Correct programs that do the lab in other ways: they get every point and no explanation."""
 
 from __future__ import annotations
 

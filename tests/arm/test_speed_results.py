@@ -72,7 +72,7 @@ def test_skipping_does_not_change_interrupt_transfers(tmp_path: Path, source: st
 @pytest.mark.parametrize("source", [POLLS_A_PIN, SHOWS_A_PIN], ids=["counts laps", "shows the pin"])
 @pytest.mark.parametrize("skip", [True, False])
 def test_polled_pin_edge_is_seen_in_same_pass(tmp_path: Path, source: str, *, skip: bool) -> None:
-    """Edges occur between passes. The port has been read thousands of times before, and all or no passes write to it."""
+    """Edges occur between passes. Before, thousands of passes have read the port. Every pass or none writes to it."""
     chip = Chip(file(tmp_path, source), skip=skip)
     edges_us = (3_000, 3_001, 5_000, 5_777, 9_000)
     for number, at_us in enumerate(edges_us):

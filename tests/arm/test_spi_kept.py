@@ -1,4 +1,4 @@
-"""Bytes of the sensors on SPI2 that the chip keeps do not change bytes, messages and times.
+"""If the chip keeps bytes of the sensors on SPI2, the bytes, messages and times stay the same.
 
 The oracle is a bench on which no bytes are kept: Python answers each byte at its time.
 """
@@ -85,7 +85,7 @@ OUTSIDE = ("turn", "look")
 
 
 def turn_round(spi: StSpi, pin: tuple[str, int], register: int) -> bytes:
-    """Write while reading, and continue to read, which no driver does."""
+    """Write during a read, and then continue the read, which no driver does."""
     bench = spi.bench
     put(bench, pin, 0)
     spi._send(register | 0x80)

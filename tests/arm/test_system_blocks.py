@@ -245,7 +245,7 @@ def test_flash_erases_nothing_without_selection(
 
 
 def test_power_control_has_flags_and_notes_low_power(chip: Chip, blocks: SystemPeripherals) -> None:
-    """RM0368 5.4.1: CWUF and CSBF read 0, and VOSRDY is set. Low-power modes are noted."""
+    """RM0368 5.4.1: CWUF and CSBF are read as 0, and VOSRDY is set. Low-power modes are noted."""
     blocks.pwr.write(0, 0x8100 | 0xC)
     assert blocks.pwr.read(0) == 0x8100
     assert blocks.pwr.read(4) == 1 << 14

@@ -28,7 +28,7 @@ delays = st.lists(st.sampled_from([0, 0, 20 * PS_PER_US, 200 * PS_PER_US]), max_
 
 
 class Bench(FakeProcessor):
-    """USART1 with a terminal. Each access takes ``ACCESS_PS``, and before it one of ``delays``."""
+    """USART1 with a terminal. Before each access, one of ``delays`` passes. The access takes ``ACCESS_PS``."""
 
     def __init__(self, delays: Iterable[int] = ()) -> None:
         chip = NativeChip()
@@ -66,7 +66,7 @@ def send(bench: Bench, value: int) -> None:
 
 
 def frame_ps(bench: Bench) -> int:
-    """Return the time of a frame on the idle line: TXE is set at once, TC at its end."""
+    """Return the duration of a frame on the idle line: TXE is set immediately, TC at the end of the frame."""
     send(bench, 0x55)
     return bench.usart1.next_change_ps() - bench.clock.now_ps
 
@@ -97,7 +97,7 @@ def test_frames_follow_without_gap_or_drift() -> None:
 
 
 def test_transmission_of_two_bytes_sets_flags_in_order() -> None:
-    """19.3.2: TXE with the byte in the shift register, TC with the line idle."""
+    """19.3.2: TXE is set when the byte moves to the shift register, TC when the line is idle."""
     bench = started()
     assert bench.read(bench.usart1, SR) & (TXE | TC) == TXE | TC
     bench.write(bench.usart1, DR, 0x41)

@@ -67,7 +67,7 @@ def test_reload_in_time_prevents_reset(waits_ms: list[int]) -> None:
 
 @given(st.integers(0, 6), st.integers(0, 300), st.integers(0, 10**12))
 def test_second_reload_within_count_changes_nothing(prescaler: int, reload: int, wait_ps: int) -> None:
-    """The prescaler continues, so that all reloads before its next count have the same time-out."""
+    """A reload does not reset the prescaler. So all reloads before its next count have the same time-out."""
     resets = []
     for again in (False, True):
         chip = Chip()
@@ -157,7 +157,7 @@ def test_early_wake_up_interrupt_comes_at_count_0x40() -> None:
 
 
 def test_early_wake_up_repeats_after_flag_is_cleared() -> None:
-    """The handler may first reload and then clear the flag, or in the other order."""
+    """The handler may reload before or after it clears the flag."""
     chip = Chip()
     dog = wwdg(chip)
     dog.write(CFR, 0x7F | EWI)

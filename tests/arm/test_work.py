@@ -53,7 +53,7 @@ def calls_of(action: Callable[[], None]) -> int:
 
 
 def calls_for_an_access(name: str, folder: Path) -> float:
-    """Return the Python functions called for each access, in 0.05 ms after the loop has begun."""
+    """Return the number of Python functions called for each access, in 0.05 ms after the loop has begun."""
     board = board_with(PROGRAMS[name], folder)
     assert board.chip is not None
     board.chip.limits = replace(Limits(), work_per_s=10**12)
@@ -96,7 +96,7 @@ def test_pins_are_set_up_and_toggled_without_python(name: str, tmp_path: Path) -
 
 @pytest.mark.parametrize("name", [name for name in PROGRAMS if name.startswith("RCC")])
 def test_change_of_clocks_calls_few_python_functions(name: str, tmp_path: Path) -> None:
-    """This includes the calls of all peripherals that a change of frequency affects."""
+    """The count includes the calls for all peripherals that a change of frequency affects."""
     assert calls_for_an_access(name, tmp_path) < 35
 
 
@@ -130,7 +130,7 @@ def test_edges_reach_subscriber_when_they_happen(tmp_path: Path) -> None:
 
 
 def test_python_register_is_read_again_after_write(tmp_path: Path) -> None:
-    """The read returns the latest value of PWR_CR, for any number of polls before."""
+    """The read returns the latest value of PWR_CR, however many polls came before."""
     source = "reset:\n" + put("RCC_APB1ENR", 1 << 28) + "mov32 r0, 0x40007000\nmov32 r4, RAM\n"
     for value in (0x100, 0x000, 0x110):
         source += f"mov32 r1, {value}\nstr r1, [r0]\n" + "ldr r2, [r0]\n" * 8 + "str r2, [r4]\nadds r4, #4\n"
