@@ -60,7 +60,7 @@ def connect_sequence(adc: Adc, voltages: list[float]) -> None:
     adc.write(SQR3, sum(channel << 5 * channel for channel in range(len(voltages))))
 
 
-def test_batterys_voltage(chip: Chip, adc: Adc) -> None:
+def test_battery_voltage_is_read_after_conversion_time(chip: Chip, adc: Adc) -> None:
     adc.write(CR2, ADON | EOCS)
     adc.write(CR2, ADON | EOCS | SWSTART)
     chip.run_to(conversion_ps() - 1)
@@ -116,7 +116,7 @@ def test_factory_calibration_agrees_with_sensor(chip: Chip, adc: Adc) -> None:
 
 
 @pytest.mark.parametrize(("resolution", "bits"), [(0, 12), (1, 10), (2, 8), (3, 6)])
-def test_resolution_and_alignment_change_time_and_result(
+def test_lower_resolution_shortens_conversion_and_alignment_shifts_result(
     chip: Chip, adc: Adc, resolution: int, bits: int
 ) -> None:
     """RM0368 11.7, 11.4: fewer bits are faster. Results are left-aligned in 16 bits, results of 6 bits in 8."""
@@ -132,7 +132,7 @@ def test_resolution_and_alignment_change_time_and_result(
     assert adc.read(DR) == full_scale << (8 - bits if bits == 6 else 16 - bits)
 
 
-def test_sampling_time_adds_to_conversion(chip: Chip, adc: Adc) -> None:
+def test_sampling_time_lengthens_conversion(chip: Chip, adc: Adc) -> None:
     """RM0368 11.5: SMP9 = 7 is 480 cycles."""
     adc.write(SMPR2, 7 << 27)  # SMP9
     adc.write(CR2, ADON | SWSTART)
@@ -142,7 +142,7 @@ def test_sampling_time_adds_to_conversion(chip: Chip, adc: Adc) -> None:
     assert adc.read(SR) & EOC
 
 
-def test_scan_by_dma(chip: Chip, adc: Adc) -> None:
+def test_dma_reads_each_result_of_scan(chip: Chip, adc: Adc) -> None:
     """RM0368 11.8.1: each conversion makes a request."""
     connect_sequence(adc, [0.0, 1.65, 3.3])
     taken: list[int] = []
@@ -155,7 +155,7 @@ def test_scan_by_dma(chip: Chip, adc: Adc) -> None:
     assert len(taken) == 3
 
 
-def test_requests_stop_after_last_transfer_without_dds(chip: Chip, adc: Adc) -> None:
+def test_without_dds_requests_stop_after_final_transfer(chip: Chip, adc: Adc) -> None:
     """RM0368 11.12.3, DDS. Writing 0 and then 1 to DMA makes requests possible again (11.8.1)."""
     results: list[int] = []
     chip.dma.serve("ADC1", lambda: results.append(adc.read(DR)))
@@ -173,7 +173,7 @@ def test_requests_stop_after_last_transfer_without_dds(chip: Chip, adc: Adc) -> 
 
 
 def test_overrun_stops_scan(chip: Chip, adc: Adc) -> None:
-    """RM0368 11.8.2: with EOCS each result must be read in time. After an overrun, DR keeps the first result."""
+    """RM0368 11.8.2: with EOCS an unread result causes an overrun. After an overrun, DR keeps the first result."""
     connect_sequence(adc, [0.0, 1.65, 3.3])
     adc.write(CR1, SCAN | OVRIE)
     adc.write(CR2, ADON | EOCS | SWSTART)
@@ -185,7 +185,7 @@ def test_overrun_stops_scan(chip: Chip, adc: Adc) -> None:
     assert not chip.irq.level(ADC_IRQ)
 
 
-def test_end_of_conversion_interrupt(chip: Chip, adc: Adc) -> None:
+def test_end_of_conversion_raises_interrupt(chip: Chip, adc: Adc) -> None:
     """RM0368 table 38: the ADC has interrupt 18."""
     adc.write(CR1, EOCIE)
     adc.write(CR2, ADON | SWSTART)
@@ -195,7 +195,7 @@ def test_end_of_conversion_interrupt(chip: Chip, adc: Adc) -> None:
     assert not chip.irq.level(ADC_IRQ)
 
 
-def test_continuous_conversion_gives_voltage_when_read(chip: Chip, adc: Adc) -> None:
+def test_continuous_conversion_returns_voltage_at_time_of_read(chip: Chip, adc: Adc) -> None:
     """RM0368 11.3.5. The model converts only when DR is read, which firmware cannot detect."""
     adc.write(CR2, ADON | CONT | SWSTART)
     chip.run_to(PS_PER_MS)

@@ -30,7 +30,7 @@ def failures(board: Board) -> Counter[str]:
     ],
     ids=["absent", "nack", "bus_error", "arbitration"],
 )
-def test_bus_fault_keeps_old_values_in_both(
+def test_both_firmwares_keep_old_values_during_bus_fault(
     tmp_path: Path, fault: str, per_tick: int, milliseconds: int
 ) -> None:
     """The drivers return an error, and the callback continues with the next sensor, 800 times a second.
@@ -49,10 +49,10 @@ def test_bus_fault_keeps_old_values_in_both(
     assert not compare(in_python, in_c)
 
 
-def test_stuck_line_costs_both_hal_timeout(tmp_path: Path) -> None:
+def test_both_firmwares_wait_for_timeout_at_stuck_line(tmp_path: Path) -> None:
     """HAL V1.6.0 waits 25 ms until BUSY is cleared (I2C_TIMEOUT_BUSY_FLAG), which is 20 ticks per transfer.
 
-    If the line is released before, the C firmware continues at once, but the Python model waits until the end.
+    If the line is released earlier, the C firmware continues immediately, but the Python model waits for 25 ms.
     """
     scenario = write(tmp_path, IDEAL + FAULT.format("stuck", "1.2s", "100ms", ""))
     board, in_c = ran("solution", scenario, 1.4)
@@ -63,7 +63,7 @@ def test_stuck_line_costs_both_hal_timeout(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("part", ["LSM6DSL", "LIS2MDL", "LPS22HB"])
-def test_missing_sensor_ends_both_boots_after_banner(tmp_path: Path, part: str) -> None:
+def test_missing_sensor_stops_both_firmwares_after_banner(tmp_path: Path, part: str) -> None:
     """ST's start-up then stays in a loop without a message."""
     missing = f"[[timeline]]\ndo = 'inject_fault'\nkind = 'absent'\naddress = '{part}'\n"
     scenario = write(tmp_path, IDEAL + missing)
@@ -72,7 +72,7 @@ def test_missing_sensor_ends_both_boots_after_banner(tmp_path: Path, part: str) 
     assert texts == {"STEVAL-FCU001V1 FH rev.1.0 - Sep 2017\n\n"}
 
 
-def test_typed_bytes_overrun_in_both(tmp_path: Path) -> None:
+def test_typed_bytes_cause_overrun_in_both_firmwares(tmp_path: Path) -> None:
     """Neither firmware reads USART1. The first byte stays in DR, and the other bytes are overruns (RM0368 19.3.3)."""
     send = "[[timeline]]\ndo = 'send'\ntext = 'hello'\nat = '1.1s'\n"
     scenario = write(tmp_path, IDEAL + send)

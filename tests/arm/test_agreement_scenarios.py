@@ -67,7 +67,7 @@ def _without_counts(observation: Observation) -> dict[str, Sequence[ObservedItem
     return {**observation.sequences, TIMER: observation.sequences[TIMER][:1]}
 
 
-def test_every_scenario_is_here() -> None:
+def test_every_scenario_is_tested() -> None:
     assert sorted(SECONDS) == sorted(scenario_names())
 
 

@@ -89,8 +89,8 @@ def test_exercises_in_c_equal_python_firmware(tmp_path: Path) -> None:
         assert text.endswith("no difference in 1.2 s\n")
 
 
-def test_negative_zero_and_tolerance_show_no_difference(tmp_path: Path) -> None:
-    """The command is that of the guide. A pitch of zero is -0.000000, and the yaw differs by less than float resolves."""
+def test_negative_zero_and_rounding_error_are_not_differences(tmp_path: Path) -> None:
+    """The guide has this command. A pitch of zero is -0.000000. The yaw differs by less than the error of float."""
     code = solved()
     for right, other in {
         "minus_gx = -acc.AXIS_X": "minus_gx = -(double)acc.AXIS_X",
@@ -116,8 +116,8 @@ def test_unchanged_template_differs_from_solution(tmp_path: Path) -> None:
     assert "first difference, terminal, entry 14: different text" in text
 
 
-def test_arithmetic_mistake_is_first_difference(tmp_path: Path) -> None:
-    """The sign of Gx in the pitch is wrong, and everything else is right."""
+def test_arithmetic_mistake_is_shown_as_first_difference(tmp_path: Path) -> None:
+    """The sign of Gx in the pitch is wrong, and all other code is correct."""
     code = solved()
     assert "minus_gx = -acc.AXIS_X" in code[FUNCTIONS]
     code[FUNCTIONS] = code[FUNCTIONS].replace("minus_gx = -acc.AXIS_X", "minus_gx = acc.AXIS_X")
@@ -131,7 +131,7 @@ def test_arithmetic_mistake_is_first_difference(tmp_path: Path) -> None:
     assert r"\rPitch: 2.498770 deg Roll: 1.305874 deg Yaw: 0.000000 deg \n" in text
 
 
-def test_example_of_page_prints_acceleration(tmp_path: Path) -> None:
+def test_example_in_guide_prints_acceleration(tmp_path: Path) -> None:
     functions, loop = page_code()
     project = start(tmp_path / "mylab")
     write_code(project, {FUNCTIONS: functions, LOOP: loop})
@@ -140,7 +140,7 @@ def test_example_of_page_prints_acceleration(tmp_path: Path) -> None:
     assert text.count("Acceleration: 1000.000000 mg") == 1
 
 
-def test_project_for_spi2_gets_its_wiring(tmp_path: Path) -> None:
+def test_project_for_spi2_gets_wiring_with_spi2(tmp_path: Path) -> None:
     elf = make(start(tmp_path / "mylab", "SPI2"))
 
     done = fcu("run", str(elf), "--speed", "max", *SHORT)

@@ -13,7 +13,7 @@ DEVICE = 0x4002_0000
 
 
 class Bench:
-    """A core in front of a program. ``log`` has the accesses to a device."""
+    """A core that is ready to run a program. ``log`` lists the accesses to a device."""
 
     def __init__(self, source: str) -> None:
         self.core = core = BareCore()
@@ -40,7 +40,7 @@ def test_run_executes_given_number_of_instructions() -> None:
 
 
 @pytest.mark.parametrize("count", range(1, 6))
-def test_it_block_can_be_divided(count: int) -> None:
+def test_run_may_stop_inside_it_block(count: int) -> None:
     """ARMv7-M ARM B1.5.6: an exception may occur between two instructions of a block, because ITSTATE is saved."""
     source = "cmp r0, #0\n itt eq\n addseq r1, #1\n addseq r2, #1\n adds r3, #1"
     whole, divided = Bench(source), Bench(source)
@@ -60,7 +60,7 @@ def test_accesses_to_registers_reach_python() -> None:
     assert bench.core.register(0) == 7
 
 
-def test_error_of_access_reaches_caller() -> None:
+def test_error_in_device_access_reaches_caller() -> None:
     bench = Bench("mov32 r1, DEVICE\n ldr r0, [r1]")
 
     def fail(_address: int, _size: int) -> int:
@@ -90,7 +90,7 @@ def test_changed_code_in_ram_is_executed() -> None:
     assert (bench.core.pc, bench.core.register(0)) == (RAM + 2, 1)  # ADDS R0, #1
 
 
-def test_watched_load_and_store() -> None:
+def test_loads_and_stores_in_watched_memory_are_reported() -> None:
     bench = Bench("mov32 r1, RAM\n ldr r0, [r1, #8]\n str r0, [r1, #12]\n str r0, [r1, #16]")
     seen: list[tuple[int, int, bool]] = []
     bench.core.on_access = lambda *access: seen.append(access)

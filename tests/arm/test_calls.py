@@ -55,7 +55,7 @@ def given_to(one: Function, arguments: list[Any]) -> list[Any]:
 
 
 @pytest.mark.parametrize("one", FUNCTIONS, ids=lambda one: f"{one.name}({','.join(one.parameters)})")
-def test_arguments_and_results_follow_gcc(one: Function, any_abi: Board) -> None:
+def test_arguments_and_results_are_passed_as_by_gcc(one: Function, any_abi: Board) -> None:
     chance = random.Random(one.number)
     for _ in range(3):
         arguments = [value(kind, chance) for kind in one.parameters]
@@ -68,7 +68,7 @@ def test_arguments_and_results_follow_gcc(one: Function, any_abi: Board) -> None
 
 
 @pytest.mark.skipif(shutil.which("arm-none-eabi-gcc") is None, reason="arm-none-eabi-gcc is not installed")
-def test_kept_programs_equal_fresh_build(tmp_path: Path) -> None:
+def test_stored_programs_equal_fresh_build(tmp_path: Path) -> None:
     build_elsewhere(tmp_path)
     board = started("hard", tmp_path)
 
@@ -116,7 +116,7 @@ def test_address_is_accepted_as_pointer(board: Board) -> None:
 # -- effects ------------------------------------------------------------------------------------------------
 
 
-def test_nothing_is_changed_by_call() -> None:
+def test_call_does_not_change_board() -> None:
     called, left_alone = started(), started()
     for _ in range(3):
         called.call("counted")
@@ -136,7 +136,7 @@ def test_nothing_is_changed_by_call() -> None:
     assert called.now_s == left_alone.now_s
 
 
-def test_kept_call_changes_board() -> None:
+def test_call_with_keep_option_changes_board() -> None:
     board = started()
 
     assert [board.call("counted", keep=True) for _ in range(3)] == [1, 2, 3]
@@ -149,7 +149,7 @@ def test_kept_call_changes_board() -> None:
     assert board.variable("calls") == 4
 
 
-def test_scratch_copy_keeps_changes_until_next(board: Board) -> None:
+def test_scratch_copy_keeps_changes_between_calls(board: Board) -> None:
     with board.scratch() as copy:
         assert [copy.call("counted") for _ in range(2)] == [1, 2]
         copy.set_variable("calls", 10)
@@ -234,7 +234,7 @@ def test_function_without_return_is_reported_with_location(
     words("python", texts[0])
 
 
-def test_before_start_up_code_nothing_can_be_called(words: Words) -> None:
+def test_call_before_start_up_code_is_refused(words: Words) -> None:
     with pytest.raises(InputError) as caught:
         Board(firmware=FOLDER / "calls-hard.elf").call("nothing")
     assert caught.value.kind == "not_started"
@@ -249,7 +249,7 @@ def test_before_start_up_code_nothing_can_be_called(words: Words) -> None:
 
 @settings(max_examples=50, deadline=None)
 @given(st.tuples(*[st.integers(-(2**31), 2**31 - 1)] * 3), st.integers(0, 255), st.floats())
-def test_variable_reads_back_as_set(axes: tuple[int, ...], kind: int, number: float) -> None:
+def test_variable_has_value_that_was_set(axes: tuple[int, ...], kind: int, number: float) -> None:
     board = _SHARED.setdefault("board", started())
     board.set_variable("acc", axes)
     board.set_variable("mixed", {"kind": kind})

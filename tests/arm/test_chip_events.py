@@ -18,7 +18,7 @@ def test_python_events_fire_while_chip_runs() -> None:
     assert (seen, chip.clock.now_ps) == ([1_000, 2_000, 3_000], 3_000)
 
 
-def test_error_of_event_reaches_caller() -> None:
+def test_error_in_event_reaches_caller() -> None:
     chip = NativeChip()
 
     def fail() -> None:
@@ -31,7 +31,7 @@ def test_error_of_event_reaches_caller() -> None:
     assert chip.clock.now_ps == 5_000
 
 
-def test_interrupt_inputs_of_python_blocks() -> None:
+def test_python_peripheral_raises_and_lowers_interrupt() -> None:
     chip = NativeChip()
     chip.run_to(700)
     chip.fcu.set_irq(24, True)

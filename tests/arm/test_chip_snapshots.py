@@ -1,4 +1,4 @@
-"""A snapshot restores every peripheral of the chip: recorded programs continue from the middle without a difference."""
+"""A snapshot restores every peripheral of the chip: recorded programs continue from it without a difference."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ def commands(text: str) -> list[str]:
     return [line.strip() for line in text.splitlines() if line.startswith("  ")]
 
 
-def test_new_writes_template_and_prints_next_steps(tmp_path: Path, words: Words) -> None:
+def test_new_command_writes_template_and_prints_next_steps(tmp_path: Path, words: Words) -> None:
     project = tmp_path / "my lab"
     text = fcu_new(str(project)).stdout
 
@@ -58,7 +58,7 @@ def test_empty_folder_is_accepted(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("what", ["file", "folder"])
-def test_nothing_is_overwritten(tmp_path: Path, what: str, words: Words) -> None:
+def test_existing_files_are_not_overwritten(tmp_path: Path, what: str, words: Words) -> None:
     target = tmp_path / "lab3"
     occupied = target if what == "file" else target / "main.c"
     occupied.parent.mkdir(exist_ok=True)
@@ -84,7 +84,7 @@ def test_unwritable_folder_is_refused_in_one_line(tmp_path: Path, words: Words) 
     reason="arm-none-eabi-gcc or make is not installed",
 )
 @BUSES
-def test_it_builds_without_warning(tmp_path: Path, bus: str) -> None:
+def test_new_project_builds_without_warning(tmp_path: Path, bus: str) -> None:
     fcu_new(str(tmp_path / "lab"), "--bus", bus)
     done = subprocess.run(["make", "-j2"], cwd=tmp_path / "lab", capture_output=True, text=True, check=False)
 

@@ -148,8 +148,8 @@ def test_bit_band_alias_reaches_bit_of_registers(bit: int) -> None:
     assert value == ((1 << bit) + 1) | 1 << bit  # two reads, each with its effect
 
 
-def test_bit_write_with_event_ends_run() -> None:
-    """An interrupt that the access raises is taken after the access, as with a plain store."""
+def test_interrupt_set_by_store_precedes_next_instruction() -> None:
+    """An interrupt that a store raises is taken directly after the store."""
     icsr_set = "mov32 r0, ICSR\n mov32 r1, 0x10000000\n"
     core = CoreBench(f"reset: {icsr_set} str r1, [r0]\n log 1\n b .\npend_sv: log 2\n bx lr\n")
     core.run_us(100)

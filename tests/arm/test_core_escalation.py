@@ -57,7 +57,7 @@ usage_fault:
     assert core.values == [value]
 
 
-def test_exc_return_in_thread_mode_is_address() -> None:
+def test_exc_return_in_thread_mode_is_ordinary_address() -> None:
     """B1.5.8: only Handler mode interprets the value. In Thread mode it is an address, which is Execute Never."""
     core = run("mov32 r1, 0xFFFFFFF9\n bx r1", ALL_ENABLED)
 
@@ -111,7 +111,7 @@ bus_fault: log 5
 # -- stacks ---------------------------------------------------------------------------------------------
 
 
-def test_full_main_stack_is_stacking_error() -> None:
+def test_overflow_of_main_stack_is_stacking_error() -> None:
     """B1.5.6, B3.2.15: STKERR; the handler runs although the frame could not be saved (PM0214 2.4.3)."""
     core = CoreBench(
         f"reset: mov32 r0, {RAM + 8}\n msr msp, r0\n svc #0\n b .\n"
@@ -124,7 +124,7 @@ def test_full_main_stack_is_stacking_error() -> None:
     assert core.system("HFSR") == FORCED
 
 
-def test_full_process_stack_is_handled_on_main_stack() -> None:
+def test_process_stack_overflow_is_handled_on_main_stack() -> None:
     """B1.5.6: the fault is handled on the main stack."""
     core = CoreBench(
         f"""
@@ -279,7 +279,7 @@ def test_hard_fault_handler_may_skip_instruction() -> None:
 
 
 def test_hard_fault_handler_without_repair_is_entered_again() -> None:
-    """The instruction is executed again: B1.5.6, return address of a synchronous fault."""
+    """B1.5.6: the return address is that of the faulting instruction, so the core executes it again."""
     core = CoreBench("reset: log 1\n udf #0\n log 2\n b .\nhard_fault: log 3\n bx lr\n")
     core.run_us(200)
 
@@ -288,7 +288,7 @@ def test_hard_fault_handler_without_repair_is_entered_again() -> None:
 
 
 def test_cfsr_is_cleared_by_writing_ones() -> None:
-    """B3.2.15. It can also be cleared by byte, because UFSR and BFSR are parts of it."""
+    """B3.2.15. CFSR can also be cleared by byte, because UFSR and BFSR are parts of CFSR."""
     core = CoreBench(
         f"""
 reset: {ALL_ENABLED} udf #0

@@ -58,7 +58,7 @@ def run(body: str, before: str = "") -> CoreBench:
 
 
 @pytest.mark.parametrize("name", TRAPS)
-def test_fault_sets_exception_status_and_return_address(name: str) -> None:
+def test_fault_enters_its_handler_and_sets_status(name: str) -> None:
     """B1.5.14, table B1-7. The return address is that of the faulting instruction (B1.5.6)."""
     body, exception, status = TRAPS[name]
     core = run(body if "fault:" in body else f"fault: {body}", ALL_ENABLED)
@@ -69,7 +69,7 @@ def test_fault_sets_exception_status_and_return_address(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", TRAPS)
-def test_fault_without_its_handler_is_hard_fault(name: str) -> None:
+def test_fault_with_disabled_handler_becomes_hard_fault(name: str) -> None:
     """B1.5.14, "priority escalation": HFSR.FORCED is set, and CFSR still shows the original fault."""
     body, _, status = TRAPS[name]
     core = run(body if "fault:" in body else f"fault: {body}")
@@ -110,7 +110,7 @@ def test_skipped_instruction_in_it_block_does_not_trap(divisor: int, condition: 
     assert core.values == [0]
 
 
-def test_division_inside_of_it_block_traps() -> None:
+def test_division_by_zero_inside_it_block_traps() -> None:
     """The fault is at the instruction (B1.5.14), not after the block."""
     core = run(f"{store('CCR', 0x210)} movs r1, #0\n cmp r1, #0\n itt eq\nfault: udiveq r0, r0, r1\n nopeq\n")
 
@@ -183,7 +183,7 @@ back:  adds r1, #1
 
 
 @pytest.mark.parametrize("ccr", [0x200, 0x208])
-def test_double_registers_need_words_only(ccr: int) -> None:
+def test_double_registers_need_only_word_alignment(ccr: int) -> None:
     """A6.5, A6.6: VLDM and VSTM of D registers need word alignment."""
     before = store("CPACR", 0x00F0_0000) + store("CCR", ccr)
     core = run(
@@ -238,7 +238,7 @@ def test_even_address_leaves_thumb_state() -> None:
 
 
 @pytest.mark.parametrize("step", range(1, 14))
-def test_even_address_faults_in_any_slicing(step: int) -> None:
+def test_even_address_faults_in_divided_run(step: int) -> None:
     core = CoreBench(f"reset: mov32 r1, {CODE}\n blx r1\n b .\n{HANDLERS}")
     for until in range(step, 60, step):
         core.run_us(until)
@@ -265,7 +265,7 @@ def test_even_reset_vector_faults_at_once() -> None:
     assert core.values == [HARD_FAULT, CODE]
 
 
-def test_erased_vector_faults_at_its_target() -> None:
+def test_erased_vector_faults_at_target_address() -> None:
     """Erased flash has only ones: a vector of 0xFFFFFFFF leads to 0xFFFFFFFE, which is Execute Never."""
     core = CoreBench(f"reset: svc #0\n b .\n {HANDLERS}", vectors={"svc": 0xFFFF_FFFF})
     core.run_us(100)

@@ -15,7 +15,7 @@ def frame(core: CoreBench, at: int, words: int = 8) -> list[int]:
 FILL = "\n".join(f"movs r0, #{n}\n vmov s{n}, r0" for n in range(32))
 
 
-def test_floating_point_frame() -> None:
+def test_floating_point_frame_follows_basic_frame() -> None:
     """B1.5.7, figure B1-4: 26 words. S0 to S15, FPSCR and a reserved word follow the basic frame."""
     core = CoreBench(
         f"""
@@ -40,7 +40,7 @@ svc:   mov r4, sp
     assert core.system("FPCAR") == at + 0x20
 
 
-def test_frame_without_floating_point_is_short() -> None:
+def test_frame_without_floating_point_has_eight_words() -> None:
     """B1.4.4, B1.5.7: CONTROL.FPCA selects the frame, not whether the unit is enabled."""
     core = CoreBench(f"reset: {FPU_ON} svc #0\n b .\nsvc: mov r4, sp\n mov r5, lr\n b .\n")
     core.run_us(100)
@@ -50,7 +50,7 @@ def test_frame_without_floating_point_is_short() -> None:
 
 
 def test_first_floating_point_instruction_sets_fpca() -> None:
-    """B1.4.4: this needs FPCCR.ASPEN, which is set after reset."""
+    """B1.4.4: FPCA is set only if FPCCR.ASPEN is 1, its value after reset."""
     core = CoreBench(
         f"reset: {FPU_ON} mrs r4, control\n log r4\n vmov s0, r0\n mrs r4, control\n log r4\n b .\n"
     )

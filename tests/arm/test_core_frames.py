@@ -23,7 +23,7 @@ def frame(core: CoreBench, at: int, words: int = 8) -> list[int]:
     return [core.word(at + 4 * n) for n in range(words)]
 
 
-def test_basic_frame() -> None:
+def test_basic_frame_has_eight_registers_in_order() -> None:
     """B1.5.6, figure B1-3: R0 to R3, R12, LR, return address and xPSR, in ascending order."""
     core = CoreBench(
         f"""

@@ -32,8 +32,8 @@ def masked(mask: str, unmask: str, priorities: dict[int, int], number: int = 2) 
         ("movs r2, #0x20\n msr basepri, r2\n movs r2, #0x30", "msr basepri, r2"),
     ],
 )
-def test_mask_delays_interrupt_until_cleared(mask: str, unmask: str) -> None:
-    """B1.4.3, B1.5.4; ARMv7-M ARM B5.2.1: CPSIE takes effect at once, and the interrupt follows."""
+def test_mask_delays_interrupt_until_mask_is_cleared(mask: str, unmask: str) -> None:
+    """B1.4.3, B1.5.4; ARMv7-M ARM B5.2.1: CPSIE takes effect immediately, and then the interrupt is taken."""
     core = masked(mask, unmask, {2: 0x20})
 
     assert core.values == [1, 30, 31, 2]
@@ -42,7 +42,7 @@ def test_mask_delays_interrupt_until_cleared(mask: str, unmask: str) -> None:
     )  # the store, the unmasking, entry, the log's three
 
 
-def test_basepri_passes_more_urgent_interrupts() -> None:
+def test_basepri_does_not_mask_more_urgent_interrupts() -> None:
     """B1.4.3: BASEPRI masks priorities equal to or greater than its value."""
     core = masked("movs r2, #0x30\n msr basepri, r2\n movs r2, #0", "msr basepri, r2", {2: 0x20})
 
@@ -57,13 +57,13 @@ def test_basepri_of_0_masks_nothing() -> None:
 
 
 def test_basepri_has_four_bits() -> None:
-    """PM0214 2.1.3: its low four bits are not implemented, so a priority that is not shifted masks no interrupt."""
+    """PM0214 2.1.3: the low four bits of BASEPRI are not implemented. So a value of 1 to 15 masks no interrupt."""
     core = masked("movs r2, #5\n msr basepri, r2", "nop", {2: 0xF0})
 
     assert core.values == [30, 31, 1, 2]
 
 
-def test_basepri_max_only_raises() -> None:
+def test_basepri_max_accepts_only_more_urgent_priority() -> None:
     """B5.2.3: MSR BASEPRI_MAX writes only a more urgent, non-zero value."""
     core = CoreBench(
         """
@@ -156,7 +156,7 @@ irq2:  log 30
     assert 200 <= core.time_us(30) <= 200 + 6 + ENTRY_CYCLES + 3
 
 
-def test_instruction_in_ram_unmasks_at_once() -> None:
+def test_unmasking_instruction_in_ram_takes_effect_at_once() -> None:
     """B5.2.1; FreeRTOS and flash drivers have such functions in RAM."""
     core = CoreBench(
         f"""
@@ -178,7 +178,7 @@ irq2:  ldr r4, [sp, #24]
     assert core.values == [RAM + 66, 1]
 
 
-def test_icsr_sets_and_clears_pending() -> None:
+def test_icsr_sets_and_clears_pending_exceptions() -> None:
     """B3.2.4: PENDSVSET and PENDSTSET, PENDSVCLR and PENDSTCLR."""
     both = store("ICSR", 1 << 28) + store("ICSR", 1 << 26)
     neither = store("ICSR", 1 << 27) + store("ICSR", 1 << 25)
@@ -208,7 +208,7 @@ irq2:  log 30
 # -- level-sensitive lines ------------------------------------------------------------------------------
 
 
-def test_active_line_is_taken_again_until_lowered() -> None:
+def test_interrupt_repeats_until_active_line_is_lowered() -> None:
     """PM0214 4.3.9: level-sensitive interrupts."""
     core = CoreBench(
         f"""
@@ -233,7 +233,7 @@ out:   bx lr
     assert core.values == [1, 1, 2, 3]
 
 
-def test_pulse_during_handler_is_taken_once_more() -> None:
+def test_pulse_during_handler_causes_second_interrupt() -> None:
     """PM0214 4.3.9: the interrupt becomes pending again."""
     core = bench({2: 0x20})
     for at_us in (200, 216, 217):
@@ -243,7 +243,7 @@ def test_pulse_during_handler_is_taken_once_more() -> None:
     assert core.values == [1, 30, 31, 30, 31]
 
 
-def test_clearing_pending_bit_leaves_active_line_pending() -> None:
+def test_active_line_sets_cleared_pending_bit_again() -> None:
     """PM0214 4.3.9: the interrupt of an active line is pending again at once. A pulse is lost."""
     program = f"""
 reset: {interrupts({2: 0x20})} cpsid i

@@ -62,7 +62,7 @@ class Oracle:
         return min(levels + ([self.group(self.basepri)] if self.basepri else []), default=1 << 8)
 
     def pass_time(self, cycles: int) -> None:
-        """Let time pass, in which pulses may arrive."""
+        """Let time pass, and make interrupts pending whose pulses arrive in this time."""
         self.now += cycles
         due = [pulse for pulse in self.pulses if pulse[0] <= self.now]
         self.pending |= {number for _, number in due}
@@ -72,7 +72,7 @@ class Oracle:
         return any(self.group(self.priorities[number]) < self.level() for number in self.pending)
 
     def enter(self, cycles: int) -> None:
-        """Enter an exception. It is chosen at the end of the entry, so that a late arrival may replace it."""
+        """Enter an exception. The choice is made at the end of the entry, because a more urgent one may arrive late."""
         self.pass_time(cycles)
         number = min(self.pending, key=lambda number: (self.priorities[number], number))
         self.pending.discard(number)
@@ -117,7 +117,7 @@ class Oracle:
 def test_nesting_equals_oracle(
     priorities: list[int], passes: list[int], prigroup: int, basepri: int, pulses: list[tuple[int, int]]
 ) -> None:
-    """Order and time of the begin and the end of every handler are equal."""
+    """Every handler begins and ends in the same order and at the same times."""
     core = CoreBench(program(priorities, passes, prigroup, basepri))
     for time_us, number in pulses:
         core.pulse_at_us(time_us, number)

@@ -45,12 +45,12 @@ def test_more_urgent_pending_interrupt_comes_first() -> None:
     assert order({0: 0x40, 1: 0x30}, (200, 0), (200, 1)) == [20, 21, 10, 11]
 
 
-def test_of_equal_priorities_lower_number_comes_first() -> None:
+def test_with_equal_priorities_lower_number_comes_first() -> None:
     """B1.5.4: "the exception with the lowest exception number"."""
     assert order({0: 0x40, 1: 0x40}, (200, 1), (200, 0)) == [10, 11, 20, 21]
 
 
-def test_subpriority_orders_but_does_not_preempt() -> None:
+def test_subpriority_determines_order_but_not_preemption() -> None:
     """B1.5.4, B3.2.6: with PRIGROUP 5, bits 7 and 6 are the group, so 0x50 and 0x40 are in one group."""
     grouped = store("AIRCR", 0x05FA_0500)
 
@@ -108,7 +108,7 @@ def test_pending_interrupt_is_tail_chained() -> None:
     )  # the store, BX, the chain, three instructions of the log
 
 
-def test_entry_and_return_take_their_cycles() -> None:
+def test_exception_entry_takes_12_and_return_10_cycles() -> None:
     """Cortex-M4 technical reference manual section 3.9: entry takes 12 cycles, return 10."""
     program = f"reset: {interrupts({2: 0})} log 1\n log 2\n log 3\n log 4\n b .\n irq2: bx lr\n"
     core, undisturbed = CoreBench(program), CoreBench(program)
@@ -122,7 +122,7 @@ def test_entry_and_return_take_their_cycles() -> None:
 
 
 @pytest.mark.parametrize("delay", [1, 6, 11, 12])
-def test_late_arrival_is_taken_first(delay: int) -> None:
+def test_more_urgent_interrupt_during_entry_is_taken_first(delay: int) -> None:
     """B1.5.11: a more urgent exception that arrives while the frame is saved is taken in place of the first."""
     core = bench({0: 0x40, 2: 0x20})
     core.pulse_at_us(200, 0)
@@ -134,7 +134,7 @@ def test_late_arrival_is_taken_first(delay: int) -> None:
 
 
 def test_interrupt_after_entry_preempts_handler() -> None:
-    """B1.5.11: it arrives too late to be taken in place of the first."""
+    """B1.5.11: the second interrupt arrives too late to be taken in place of the first."""
     core = bench({0: 0x40, 2: 0x20})
     core.pulse_at_us(200, 0)
     core.pulse_at_us(200 + ENTRY_CYCLES + 1, 2)
@@ -144,8 +144,8 @@ def test_interrupt_after_entry_preempts_handler() -> None:
     assert core.time_us(30) == 200 + 2 * ENTRY_CYCLES + 1 + 3
 
 
-def test_interrupt_pended_by_handler_comes_after_it() -> None:
-    """B3.4.5: NVIC_ISPR, the usual way to pass work to a lower priority."""
+def test_interrupt_pended_by_handler_comes_after_handler() -> None:
+    """B3.4.5: a handler usually passes work to a lower priority by NVIC_ISPR."""
     core = CoreBench(
         f"""
 reset: {interrupts({3: 0x20, 2: 0x40})}

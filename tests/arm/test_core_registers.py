@@ -33,13 +33,13 @@ def read(address: int, before: str = "") -> int:
         (0xE000_EF34, 0xC000_0000),  # FPCCR: ASPEN, LSPEN
     ],
 )
-def test_reset_values(address: int, value: int) -> None:
+def test_registers_have_reset_values_of_manual(address: int, value: int) -> None:
     """PM0214 tables 49 to 57."""
     assert read(address) == value
 
 
 @pytest.mark.parametrize("word", range(3))
-def test_enable_registers_have_bit_for_each_input(word: int) -> None:
+def test_each_interrupt_input_has_enable_bit(word: int) -> None:
     """B3.4.3; RM0368 table 38: 85 inputs."""
     implemented = (1 << 85) - 1 >> 32 * word & 0xFFFF_FFFF
     enable = "cpsid i\n" + store(f"ISER+{4 * word}", 0xFFFF_FFFF)
@@ -52,7 +52,7 @@ def test_enable_registers_have_bit_for_each_input(word: int) -> None:
     assert read(SYMBOLS["ICPR"] + 4 * word, pend + store(f"ICPR+{4 * word}", 0x10)) == implemented & ~0x10
 
 
-def test_priorities_are_bytes() -> None:
+def test_each_priority_is_one_byte() -> None:
     """B3.4.9: four priorities in a word; the low four bits of each are not implemented."""
     written = store("IPR+68", 0x1234_5678)
 
@@ -61,7 +61,7 @@ def test_priorities_are_bytes() -> None:
     assert read(SYMBOLS["IPR"] + 84, store("IPR+84", 0xFFFF_FFFF)) == 0xF0  # input 84 is the last
 
 
-def test_active_and_pending_show_in_icsr_and_iabr() -> None:
+def test_icsr_and_iabr_show_active_and_pending_exceptions() -> None:
     """B3.2.4, B3.4.7."""
     core = CoreBench(
         f"""
@@ -110,7 +110,7 @@ irq3:  mov32 r0, ICSR
     assert core.values == [16 + 3, rettobase | 16 + 70, rettobase | 16 + 70]
 
 
-def test_rettobase_counts_only_exceptions_besides_ipsr() -> None:
+def test_rettobase_ignores_active_bit_of_running_handler() -> None:
     """B3.2.4: an SVC handler that clears its own active bit still has an active interrupt below it."""
     core = CoreBench(
         f"""
@@ -128,7 +128,7 @@ svc:   {store("SHCSR", 0)} mov32 r0, ICSR
     assert core.values == [11]
 
 
-def test_systems_priorities_are_in_shpr() -> None:
+def test_priorities_of_system_exceptions_are_in_shpr() -> None:
     """B3.2.10 to B3.2.12: by byte, as the HAL writes them."""
     core = run(
         "mov32 r0, SHPR3\n movs r1, #0xFF\n strb r1, [r0, #3]\n movs r1, #0x35\n strb r1, [r0, #2]\n"
@@ -212,13 +212,13 @@ def test_reset_restores_power_on_state() -> None:
         (0xFFFF_FFFF, 1),
     ],
 )
-def test_program_lies_in_flash_or_ram(address: int, size: int) -> None:
+def test_program_outside_flash_and_ram_is_refused(address: int, size: int) -> None:
     """RM0368 2.3: 256 KB at 0x08000000, 64 KB at 0x20000000. System memory has ST's code."""
     with pytest.raises(ValueError, match=f"{size} bytes at 0x{address:08X} are neither in flash nor in RAM"):
         CoreBench("reset: b .\n", more=[(address, bytes(size))])
 
 
-def test_program_may_bring_its_ram() -> None:
+def test_program_may_include_contents_of_ram() -> None:
     core = CoreBench(
         "reset: mov32 r0, RAM\n ldr r4, [r0]\n log r4\n b .\n", more=[(0x2000_0000, b"\x2a\0\0\0")]
     )
@@ -228,7 +228,7 @@ def test_program_may_bring_its_ram() -> None:
 
 
 @pytest.mark.parametrize("bit", [0, 1, 3, 7, 8, 10, 11, 12, 13, 14, 15, 16, 17, 18])
-def test_shcsr_writes_only_its_own_exceptions(bit: int) -> None:
+def test_write_to_shcsr_affects_only_its_exceptions(bit: int) -> None:
     """B3.2.13: active, pending and enable bits can be written. Interrupts and PendSV stay pending."""
     shcsr, icsr, ispr0, pend_sv = 0xD24, 0xD04, 0x200, 1 << 28
     space = NativeChip()["SCS"]

@@ -18,8 +18,8 @@ def bench(body: str, priorities: dict[int, int]) -> CoreBench:
 
 @pytest.mark.parametrize("instruction", ["wfi", "wfe"])
 @pytest.mark.parametrize("at_us", [200, 200.125, 201, 12345.5])
-def test_interrupt_ends_sleep_at_its_time(instruction: str, at_us: float) -> None:
-    """B1.5.18, B1.5.19: the interrupt is taken at once, and execution continues after the instruction."""
+def test_interrupt_ends_sleep_at_once(instruction: str, at_us: float) -> None:
+    """B1.5.18, B1.5.19: the interrupt is taken immediately, and execution continues after the instruction."""
     core = bench(f"log 1\n {instruction}\n log 2\n", {0: 0x20})
     core.pulse_at_us(at_us, 0)
     core.run_us(20_000)
@@ -30,7 +30,7 @@ def test_interrupt_ends_sleep_at_its_time(instruction: str, at_us: float) -> Non
 
 
 @pytest.mark.parametrize("instruction", ["wfi", "wfe"])
-def test_nothing_is_executed_in_sleep(instruction: str) -> None:
+def test_sleeping_core_executes_no_instructions(instruction: str) -> None:
     core = bench(f"log 1\n {instruction}\n log 2\n", {0: 0x20})
     core.run_us(1_000)
     before = core.core.retired
@@ -103,7 +103,7 @@ irq1:  log 20
 # -- events ---------------------------------------------------------------------------------------------
 
 
-def test_sev_lets_next_wfe_pass_once() -> None:
+def test_sev_lets_only_next_wfe_pass() -> None:
     """B1.5.18: the event register is one bit, and WFE clears it."""
     core = bench("sev\n sev\n wfe\n log 1\n wfe\n log 2\n", {})
     core.run_us(1_000)
@@ -112,7 +112,7 @@ def test_sev_lets_next_wfe_pass_once() -> None:
     assert core.core.asleep
 
 
-def test_exception_that_was_handled_is_event() -> None:
+def test_handled_exception_is_event_for_wfe() -> None:
     """B1.5.18: exception entry and return set the event register."""
     core = CoreBench("reset: svc #0\n wfe\n log 1\n wfe\n log 2\n b .\nsvc: bx lr\n")
     core.run_us(1_000)
@@ -131,7 +131,7 @@ def test_wfe_ignores_interrupt_blocked_by_primask() -> None:
 
 @pytest.mark.parametrize("enabled", [{}, {0: 0x20}])
 def test_sevonpend_wakes_wfe_for_disabled_interrupt(enabled: dict[int, int]) -> None:
-    """B1.5.18, B3.2.7: SCR.SEVONPEND: an interrupt that becomes pending is an event, enabled or not."""
+    """B1.5.18, B3.2.7: with SCR.SEVONPEND even a disabled interrupt is an event when it becomes pending."""
     core = bench(f"{store('SCR', 1 << 4)} cpsid i\n wfe\n log 1\n", enabled)
     core.pulse_at_us(200, 0)
     core.run_us(1_000)
@@ -139,7 +139,7 @@ def test_sevonpend_wakes_wfe_for_disabled_interrupt(enabled: dict[int, int]) -> 
     assert core.log_us == [(203, 1)]
 
 
-def test_sevonpend_counts_new_pending_only() -> None:
+def test_sevonpend_ignores_interrupt_that_was_already_pending() -> None:
     """B3.2.7: "transitions from inactive to pending". An interrupt that was pending before is not an event."""
     core = bench(f"{store('SCR', 1 << 4)} cpsid i\n wfe\n log 1\n wfe\n log 2\n", {})
     core.pulse_at_us(200, 0)
@@ -149,7 +149,7 @@ def test_sevonpend_counts_new_pending_only() -> None:
     assert core.values == [1]
 
 
-def test_software_pending_is_event_too_with_sevonpend() -> None:
+def test_with_sevonpend_interrupt_pended_by_software_is_event() -> None:
     """B3.2.7: pending by NVIC_ISPR and by STIR."""
     for name, value in (("ISPR", 1), ("STIR", 0)):
         core = bench(f"{store('SCR', 1 << 4)} {store(name, value)} wfe\n log 1\n", {})
@@ -160,7 +160,7 @@ def test_software_pending_is_event_too_with_sevonpend() -> None:
 # -- sleep on exit --------------------------------------------------------------------------------------
 
 
-def test_sleeponexit_sleeps_behind_last_handler() -> None:
+def test_sleeponexit_sleeps_instead_of_returning_to_thread() -> None:
     """B1.5.17, B3.2.7: the core sleeps on return to Thread mode, and no more code of the thread is executed."""
     core = bench(f"{store('SCR', 2)} log 1\n", {0: 0x40, 1: 0x20})
     core.pulse_at_us(200, 0)

@@ -88,7 +88,7 @@ wait:  ldr r4, [r0]
     assert 45 <= core.log_us[1][0] <= 45 + 6
 
 
-def test_writing_counter_clears_it_and_flag() -> None:
+def test_writing_counter_clears_counter_and_flag() -> None:
     """B3.3.5: "a write of any value clears the register to 0" and COUNTFLAG. It does not cause an exception."""
     core = CoreBench(
         f"""
@@ -128,8 +128,8 @@ def test_new_reload_value_applies_from_next_reload() -> None:
     assert [at - ENTRY_CYCLES - 3 - START_US for at, _ in core.log_us] == [100, 150, 200]
 
 
-def test_reload_value_0_stops_at_next_wrap() -> None:
-    """B3.3.1: "writing 0 to SYST_RVR disables the counter on the next wrap". This is also true for a start with 0."""
+def test_reload_value_0_stops_counter_at_next_wrap() -> None:
+    """B3.3.1: "writing 0 to SYST_RVR disables the counter on the next wrap", even if SysTick is enabled again."""
     core = CoreBench(f"reset: {started(99)} {store('SYST_RVR', 0)} b .\nsys_tick: log 1\n bx lr\n")
     core.run_us(10_000)
     assert core.values == [1]
@@ -160,7 +160,7 @@ reset: {started(99)} {store("SYST_CSR", 0)} mov32 r0, SYST_CVR
 
 
 @pytest.mark.parametrize("cycles", [Fraction(13, 10), Fraction(7, 3)])
-def test_writing_csr_again_does_not_disturb_count(cycles: Fraction) -> None:
+def test_repeated_write_of_csr_does_not_change_count(cycles: Fraction) -> None:
     """HAL_SuspendTick and HAL_ResumeTick are called a thousand times, and the phase does not change."""
     toggle = f"again: {store('SYST_CSR', 5)} {store('SYST_CSR', 7)} b again\n"
     core = CoreBench(f"reset: {started(999)} {toggle} sys_tick: bx lr\n", cycles=cycles)
@@ -216,7 +216,7 @@ reset: {DWT_ON} mov32 r0, CYCCNT
     assert second - first == 4
 
 
-def test_cyccnt_is_cycles_per_instruction_times_instructions() -> None:
+def test_cyccnt_equals_instructions_times_cycles_per_instruction() -> None:
     """At 84 MHz and 1.3 cycles per instruction, 1000 passes of two instructions take 2600 cycles."""
     core = CoreBench(
         f"""
@@ -239,7 +239,7 @@ again: subs r1, #1
 
 
 def test_cyccnt_stops_without_trcena() -> None:
-    """C1.6.5: DEMCR.TRCENA is the main switch. Programs often forget it, because a debugger sets it."""
+    """C1.6.5: DEMCR.TRCENA is the main switch. Programs often forget to set this bit, because a debugger sets it."""
     core = CoreBench(
         f"reset: {store('DWT_CTRL', 1)} mov32 r0, CYCCNT\n"
         "ldr r4, [r0]\n log r4\n ldr r4, [r0]\n log r4\n b .\n"
@@ -259,7 +259,7 @@ def test_cyccnt_continues_from_written_value() -> None:
     assert core.values == [3]  # wraps
 
 
-def test_change_of_hclk_keeps_cyccnt_counting_cycles() -> None:
+def test_cyccnt_counts_cycles_after_hclk_change() -> None:
     core = CoreBench(
         f"reset: {DWT_ON} {store('RATE', 250)} nop\n nop\n mov32 r0, CYCCNT\n ldr r4, [r0]\n log r4\n b .\n"
     )
@@ -270,7 +270,7 @@ def test_change_of_hclk_keeps_cyccnt_counting_cycles() -> None:
 
 @pytest.mark.parametrize("hclk_hz", [0, 7])
 def test_systick_without_clock_does_not_count(hclk_hz: int) -> None:
-    """There is no division by zero either: 7 Hz by 8, because CLKSOURCE is 0."""
+    """7 Hz with CLKSOURCE 0 is a clock below 1 Hz, which must not cause a division by zero."""
     chip = NativeChip()
     chip.clocks.set(hclk_hz=hclk_hz)
     space = chip["SCS"]

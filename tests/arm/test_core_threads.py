@@ -158,7 +158,7 @@ loop2: vmov r4, s0
     assert core.values[:12] == [100, 115, 116, 131, 200, 231] * 2
 
 
-def test_thread_without_floating_point_coexists() -> None:
+def test_threads_with_and_without_floating_point_run_together() -> None:
     """Each thread has its own kind of frame, because EXC_RETURN is saved with it."""
     core = CoreBench(
         START

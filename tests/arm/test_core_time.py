@@ -43,7 +43,7 @@ def test_nth_instruction_begins_after_n_cycle_times(hclk_hz: int, cycles: Fracti
     assert [at_ps for at_ps, _ in core.probe.log] == [int(n * cycles * PS_PER_S / hclk_hz) for n in places]
 
 
-def test_second_has_64_615_385_instructions() -> None:
+def test_one_second_has_64_615_385_instructions() -> None:
     """The default is 1.3 cycles per instruction, so 64,615,384.6 instructions a second at 84 MHz."""
     core = CoreBench("reset: b reset\n", hclk_hz=84_000_000, cycles=CYCLES_PER_INSTRUCTION)
     core.core.run_until_ps(PS_PER_S)
@@ -65,7 +65,7 @@ def test_time_stays_exact_when_counts_exceed_64_bits(hclk_hz: int) -> None:
     ]
 
 
-def test_new_hclk_applies_from_its_store() -> None:
+def test_new_hclk_applies_from_store_that_sets_it() -> None:
     """RM0368 6.3.3: for example when RCC_CFGR.SW selects the PLL."""
     core = CoreBench(f"reset: log 1\n {store('RATE', 4_000)} log 2\n {store('RATE', 500)} log 3\n b .\n")
     core.run_us(100)
@@ -75,7 +75,7 @@ def test_new_hclk_applies_from_its_store() -> None:
     assert core.log_us == [(3, 1), (8 + 4 * 0.25, 2), (first + 4 * 2, 3)]
 
 
-def test_hclk_change_by_event_applies_from_event() -> None:
+def test_hclk_change_in_event_takes_effect_at_once() -> None:
     """For example when the crystal fails and the clock security system selects HSI (RM0368 6.2.7)."""
     core = CoreBench(f"reset: {interrupts({0: 0})} wfi\n log 1\n b .\nirq0: bx lr\n")
     core.at_us(100, lambda: core.clocks.set(hclk_hz=2_000_000))
@@ -85,14 +85,14 @@ def test_hclk_change_by_event_applies_from_event() -> None:
     assert core.log_us == [(101 + (12 + 1 + 10 + 3) * 0.5, 1)]
 
 
-def test_cycles_per_instruction_must_be_sensible(words: Words) -> None:
+def test_impossible_cycles_per_instruction_are_refused(words: Words) -> None:
     for cycles in (Fraction(0), Fraction(-1), Fraction(101)):
         with pytest.raises(ValueError, match=str(cycles)) as caught:
             CoreBench("reset: b .", cycles=cycles)
         words("chip", str(caught.value))
 
 
-def test_sleep_takes_time_until_event() -> None:
+def test_sleep_lasts_until_event() -> None:
     core = CoreBench(f"reset: {interrupts({0: 0})} wfi\n log 1\n b .\nirq0: bx lr\n", hclk_hz=84_000_000)
     core.pulse_at_us(1_000_000.000_001, 0)
     core.core.run_until_ps(2 * PS_PER_S)
@@ -118,7 +118,7 @@ CONDITIONAL = {
 
 
 def cycles_of(instructions: str, ends_us: Iterable[int]) -> int:
-    """Return the cycles by DWT's counter. R0 is 0, R1 is 1, R4 points to memory, Z is set; the run ends at each time."""
+    """Return the cycles that DWT counts. R0 is 0, R1 is 1, R4 points to RAM, Z is set. The run pauses at each time."""
     core = CoreBench(
         f"""
 reset: {store("DEMCR", 1 << 24)} {store("DWT_CTRL", 1)} {store("CPACR", 0xF << 20)}
@@ -140,7 +140,7 @@ reset: {store("DEMCR", 1 << 24)} {store("DWT_CTRL", 1)} {store("CPACR", 0xF << 2
 @pytest.mark.parametrize("ends_us", [(90,), range(1, 90)], ids=["at once", "one by one"])
 @pytest.mark.parametrize("kind", CONDITIONAL)
 @pytest.mark.parametrize("length", [1, 2, 4])
-def test_instruction_whose_condition_fails_takes_cycle(
+def test_instruction_whose_condition_fails_takes_one_cycle(
     kind: str, length: int, ends_us: Iterable[int]
 ) -> None:
     """Cortex-M4 technical reference manual (ARM DDI 0439), 3.3.1."""
@@ -194,7 +194,7 @@ loop:  cmp r1, #0
     cycles=cycles_each,
 )
 @settings(max_examples=60, deadline=None)
-def test_dividing_run_changes_nothing(
+def test_division_of_run_changes_nothing(
     pulses: list[tuple[float, int]], flag_us: float, cuts: list[int], cycles: Fraction
 ) -> None:
     whole, divided = (interrupted_core(pulses, flag_us, cycles=cycles) for _ in range(2))
@@ -209,7 +209,7 @@ def test_dividing_run_changes_nothing(
 
 @given(pulses=pulses, flag_us=flags_us, cycles=cycles_each)
 @settings(max_examples=60, deadline=None)
-def test_skipping_waits_changes_nothing(
+def test_skipping_of_waiting_loops_changes_nothing(
     pulses: list[tuple[float, int]], flag_us: float, cycles: Fraction
 ) -> None:
     quick = interrupted_core(pulses, flag_us, cycles=cycles)

@@ -19,7 +19,7 @@ def test_deferred_call_runs_at_its_own_time() -> None:
     assert (seen, clock.now_ps, clock.deferred_ps) == ([10], 50, NEVER_PS)
 
 
-def test_deferred_call_not_due_is_kept() -> None:
+def test_deferred_call_is_kept_until_due() -> None:
     clock, seen = Clock(), list[int]()
     clock.defer(10, lambda: seen.append(1))
     clock.advance_to(9)
@@ -36,7 +36,7 @@ def test_cancelled_deferred_call_does_not_run() -> None:
     assert (seen, clock.now_ps) == ([], 20)
 
 
-def test_event_scheduled_by_deferred_call_fires_before_now() -> None:
+def test_event_scheduled_by_deferred_call_fires_on_time() -> None:
     clock, seen = Clock(), list[int]()
     clock.defer(10, lambda: clock.schedule(20, lambda: seen.append(clock.now_ps)) and None)
     clock.now_ps = 50
@@ -45,7 +45,9 @@ def test_event_scheduled_by_deferred_call_fires_before_now() -> None:
 
 
 @given(st.lists(st.tuples(times, st.booleans()), max_size=20), st.lists(times, max_size=10))
-def test_settling_in_between_keeps_order_and_times(plan: list[tuple[int, bool]], looks: list[int]) -> None:
+def test_intermediate_stops_change_neither_order_nor_times(
+    plan: list[tuple[int, bool]], looks: list[int]
+) -> None:
     def run(looks: list[int]) -> list[tuple[int, int]]:
         clock, seen = Clock(), list[tuple[int, int]]()
         for number, (at_ps, deferred) in enumerate(plan):

@@ -24,5 +24,5 @@ def test_documented_example_equals_diagnosis(name: str, shown: str) -> None:
     assert without_times(shown) == without_times(said)
 
 
-def test_every_block_of_text_is_example() -> None:
+def test_every_text_block_of_page_is_tested() -> None:
     assert PAGE.read_text().count("```text") == len(EXAMPLES) > 10

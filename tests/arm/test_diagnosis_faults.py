@@ -73,7 +73,7 @@ def test_cause_of_fault_is_named(code: tuple[int, ...], named: str, words: Words
     words("diagnosis", cause(board).replace(f"0x{address:08X}", "ADDRESS"))
 
 
-def test_floating_point_before_it_is_switched_on(words: Words) -> None:
+def test_floating_point_instruction_while_unit_disabled_is_named(words: Words) -> None:
     """ARMv7-M ARM B1.4.7: NOCP while CPACR denies access."""
     board = template()
     patch(board, "SystemInit", 0xEEB0, 0x0A60)  # VMOV.F32 S0, S1
@@ -106,7 +106,7 @@ SKIP = "ldr r0, [sp, #24] \n adds r0, r0, #2 \n str r0, [sp, #24] \n bx lr"
 
 
 def with_handlers(thread: str, hard_fault: str, nmi: str) -> tuple[Board, Labels]:
-    """Return a board 10 ms after the start of these instructions. Each part ends in an endless loop."""
+    """Return a board that has executed these instructions for 10 ms. Each part ends in an endless loop."""
     board = template()
     assert board.chip is not None
     source = f"thread: {thread}\n b .\n hard_fault: {hard_fault}\n b .\n nmi: {nmi}\n loop: b .\n"
@@ -148,7 +148,7 @@ def test_lock_up_is_explained_by_its_first_fault(
 
 @pytest.mark.parametrize("thread", [RAISE_NMI, f"{UNDEFINED} \n {RAISE_NMI}"], ids=["alone", "after a fault"])
 def test_endless_nmi_is_reported_as_stuck(thread: str, words: Words) -> None:
-    """It is also reported after a handled fault, which is not the cause."""
+    """The NMI is also reported if a fault was handled before. That fault is not the cause."""
     board, labels = with_handlers(thread, SKIP, "nop")
     assert board.chip is not None
     board.run_for(0.2)
@@ -174,7 +174,7 @@ def test_endless_nmi_is_reported_as_stuck(thread: str, words: Words) -> None:
         (("WWDG",), "once, by WWDG at 0.02"),
     ],
 )
-def test_last_reset_is_reported_with_reason_and_time(reasons: tuple[str, ...], reported: str) -> None:
+def test_latest_reset_is_reported_with_reason_and_time(reasons: tuple[str, ...], reported: str) -> None:
     board = Board(firmware="solution")
     assert board.chip is not None
     for reason in reasons:
@@ -196,9 +196,9 @@ KEYS = (0x4567_0123, 0xCDEF_89AB)
 
 
 def lost_store(control: int | None) -> int | None:
-    """Return the recorded address of the lost store after a store to address 4096.
+    """Run a store to address 4096, and return the address of the lost store that was recorded.
 
-    ``control``: CR of the unlocked flash.
+    ``control`` is the value of CR of the unlocked flash; None: the flash stays locked.
     """
     board = template()
     patch(board, "main", *STORE_AT_4096)
@@ -212,12 +212,12 @@ def lost_store(control: int | None) -> int | None:
     return None if found is None else found.address
 
 
-def test_store_through_null_structure_is_recorded() -> None:
+def test_store_at_offset_from_null_pointer_is_recorded() -> None:
     assert lost_store(None) == 4096
 
 
-def test_refused_programming_is_not_null_store() -> None:
-    """RM0368 3.6.4: a word with PSIZE 0 (bytes) sets PGPERR. The address is intended, so this is not a NULL pointer."""
+def test_refused_flash_programming_is_not_null_store() -> None:
+    """RM0368 3.6.4: a word with PSIZE 0 (bytes) sets PGPERR. The address is correct, so no pointer is NULL."""
     assert lost_store(control=1) is None
 
 
@@ -225,7 +225,7 @@ def test_refused_programming_is_not_null_store() -> None:
 
 
 @pytest.mark.parametrize(("name", "register"), [("I2C2", 0x4000_5800), ("ADC1", 0x4001_2004)])
-def test_harmless_write_does_not_hide_lost_one(name: str, register: int) -> None:
+def test_harmless_write_does_not_hide_lost_write(name: str, register: int) -> None:
     """Writing the reset value changes nothing. The next write to the same register is lost without a clock."""
     board = template()
     assert board.chip is not None

@@ -44,7 +44,7 @@ def test_broken_program_is_explained(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", RUN_S)
-def test_only_stuck_program_is_failure(name: str) -> None:
+def test_diagnosis_is_fatal_unless_program_continues(name: str) -> None:
     board = run(name)
     assert board.chip is not None
     diagnosis = board.chip.diagnosis()
@@ -95,7 +95,7 @@ def test_diagnosis_lists_unacknowledged_transfers(
     words("diagnosis", "\n".join((diagnosis.summary, *shown)))
 
 
-def test_every_program_has_expectation() -> None:
+def test_every_program_has_expected_text() -> None:
     programs = {file.stem for file in FOLDER.glob("*.elf")}
 
     assert programs == RUN_S.keys() | {
@@ -111,7 +111,7 @@ def test_every_program_has_expectation() -> None:
 
 @pytest.mark.parametrize("name", ["fine_quiet", "fine_callback", "fine_flash", "fine_gated", "fine_masked"])
 @pytest.mark.parametrize("seconds", [0.0, 0.001, 0.05, 1.2])
-def test_waiting_and_interrupt_driven_programs_have_no_diagnosis(name: str, seconds: float) -> None:
+def test_waiting_or_interrupt_driven_program_has_no_diagnosis(name: str, seconds: float) -> None:
     board = Board(firmware=FOLDER / f"{name}.elf")
     board.run_for(seconds)
     assert board.chip is not None

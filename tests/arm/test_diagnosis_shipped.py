@@ -1,4 +1,4 @@
-"""Diagnoses of the shipped programs: none without a fault, and the cause if there is one."""
+"""Diagnoses of the shipped programs: no diagnosis without a fault, and the cause of each fault."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def test_wrong_identity_is_reported_with_expected_value(wiring: str, bus: str, w
     words("diagnosis", diagnosis.summary)
 
 
-def test_firmware_for_spi2_on_i2c2_is_explained(words: Words) -> None:
+def test_firmware_for_spi2_on_i2c2_wiring_is_explained(words: Words) -> None:
     board = template("lab3", "SPI2")
     board.run_for(0.05)
     diagnosis = diagnosed(board)
@@ -89,7 +89,7 @@ def test_firmware_for_spi2_on_i2c2_is_explained(words: Words) -> None:
     words("diagnosis", next(line for line in diagnosis.details if "fcu001v1" in line))
 
 
-def test_firmware_for_i2c2_on_spi2_is_explained(words: Words) -> None:
+def test_firmware_for_i2c2_on_spi2_wiring_is_explained(words: Words) -> None:
     board = template("fcu001v1", "I2C2")
     board.run_for(0.05)
     diagnosis = diagnosed(board)
@@ -100,7 +100,7 @@ def test_firmware_for_i2c2_on_spi2_is_explained(words: Words) -> None:
 
 
 @pytest.mark.parametrize("fault", [I2CFault("stuck"), I2CFault("absent", address=0x1E)])
-def test_bus_broken_on_purpose_is_named(fault: I2CFault, words: Words) -> None:
+def test_injected_bus_fault_is_named(fault: I2CFault, words: Words) -> None:
     board = template("lab3", "I2C2")
     board.i2c2.bus.inject(fault)
     board.run_for(0.2)
@@ -110,7 +110,7 @@ def test_bus_broken_on_purpose_is_named(fault: I2CFault, words: Words) -> None:
     words("diagnosis", diagnosis.summary)
 
 
-def test_temporarily_failing_device_is_not_wrong_address() -> None:
+def test_temporary_failure_is_not_reported_as_wrong_address() -> None:
     board = template("lab3", "I2C2")
     board.run_for(1.3)
     board.i2c2.bus.inject(I2CFault.in_ps("nack", board.clock.now_ps, LONG_PS, 0x1E))

@@ -54,13 +54,13 @@ def test_hfsr_is_decoded_bit_by_bit() -> None:
         (84, "SPI4"),
     ],
 )
-def test_interrupts_have_manuals_names(interrupt: int, name: str) -> None:
+def test_interrupts_have_names_of_manual(interrupt: int, name: str) -> None:
     """RM0368 table 38."""
     assert exception_name(16 + interrupt) == name
     assert handler_name(16 + interrupt) == f"{name}_IRQHandler"
 
 
-def test_system_exceptions_and_gaps_are_named() -> None:
+def test_system_exceptions_and_reserved_interrupts_are_named() -> None:
     """ARMv7-M ARM table B1-4; position 19 of RM0368 table 38 is reserved."""
     assert [handler_name(number) for number in (3, 11, 14, 15)] == [
         "HardFault_Handler",
@@ -83,7 +83,7 @@ def test_system_exceptions_and_gaps_are_named() -> None:
         ("something else", 0x50, ["0x50"]),
     ],
 )
-def test_wrong_address_names_intended_sensor(
+def test_diagnosis_of_wrong_address_shows_intended_sensor(
     given: str, on_the_wire: int, meant: list[str], words: Words
 ) -> None:
     """Addresses: LSM6DSL datasheet T10, LIS2MDL 5.1.1, LPS22HB 7.2.1. The HAL takes them with 8 bits."""

@@ -25,7 +25,7 @@ def stream_base(stream: int) -> int:
 
 
 class Register:
-    """A data register that counts up at each read, and stores written values."""
+    """A data register whose value increases at each read. It stores the written values."""
 
     def __init__(self) -> None:
         self.value = 0
@@ -118,7 +118,7 @@ def test_packing_is_little_endian() -> None:
     assert bytes(bench.ram[:4]) == b"\1\2\3\4"
 
 
-def test_circular_stream_starts_again_by_itself() -> None:
+def test_circular_stream_restarts_without_software() -> None:
     bench = DmaBench()
     bench.start(3, I2C2_RX | MINC | CIRC, 4)
     assert bench.requests(10) == 10
@@ -126,7 +126,7 @@ def test_circular_stream_starts_again_by_itself() -> None:
     assert bench.dma1.read(stream_base(3) + 4) == 2
 
 
-def test_double_buffer_changes_sides() -> None:
+def test_double_buffer_continues_in_other_memory() -> None:
     bench = DmaBench()
     bench.dma1.write(stream_base(3) + 0x10, RAM + 0x100)
     bench.start(3, I2C2_RX | MINC | DBM, 2)
@@ -136,7 +136,7 @@ def test_double_buffer_changes_sides() -> None:
     assert bench.dma1.read(stream_base(3)) & CT
 
 
-def test_memory_to_memory_takes_time_and_sets_tc() -> None:
+def test_memory_copy_takes_time_and_sets_tc() -> None:
     bench = DmaBench()
     bench.ram[:8] = b"abcdefgh"
     bench.start(0, MEMORY_TO_MEMORY | PINC | MINC | TCIE, 8, memory=RAM + 0x40, peripheral=RAM, dma=2)
@@ -156,7 +156,7 @@ def test_unmapped_address_ends_stream_with_te() -> None:
     assert not bench.dma1.read(stream_base(3)) & EN
 
 
-def test_request_needs_enabled_stream() -> None:
+def test_request_is_served_only_by_enabled_stream() -> None:
     bench = DmaBench()
     assert not bench.lines.request("I2C2_RX")
     bench.start(3, I2C2_RX | MINC, 1)
@@ -175,7 +175,7 @@ def test_stopped_stream_serves_no_request_and_sets_tc() -> None:
     assert bench.dma1.read(stream_base(3) + 4) == 3
 
 
-def test_circular_stream_stopped_midway_keeps_its_remainder() -> None:
+def test_circular_stream_stopped_midway_keeps_remaining_count() -> None:
     """RM0368 9.3.15: EN reads 0, NDTR has the number of remaining items, and TCIF requests the interrupt."""
     bench = DmaBench()
     bench.start(3, I2C2_RX | MINC | CIRC | TCIE, 6)
@@ -190,7 +190,7 @@ def test_circular_stream_stopped_midway_keeps_its_remainder() -> None:
     assert bytes(bench.ram[:7]) == b"\7\x08\3\4\5\6\0"
 
 
-def test_stopped_stream_resumes_with_new_address_and_remainder() -> None:
+def test_stopped_stream_resumes_with_new_address_and_count() -> None:
     """RM0368 9.3.15: software writes the remaining number to NDTR and the next address to M0AR."""
     bench = DmaBench()
     bench.start(3, I2C2_RX | MINC, 4)
@@ -244,7 +244,7 @@ def test_stream_without_items_does_not_start() -> None:
 
 
 @pytest.mark.parametrize(("dma", "is_noted"), [(1, True), (2, False)])
-def test_memory_to_memory_on_dma1_is_noted(dma: int, is_noted: bool) -> None:
+def test_memory_copy_on_dma1_is_noted(dma: int, is_noted: bool) -> None:
     """9.3.2: only DMA2 can transfer from memory to memory."""
     bench = DmaBench()
     bench.start(0, MEMORY_TO_MEMORY | PINC | MINC, 4, memory=RAM + 64, peripheral=RAM, dma=dma)
@@ -273,7 +273,7 @@ def test_channel_without_request_line_is_noted() -> None:
         ("TIM2_UP", {("DMA1", 1, 3), ("DMA1", 7, 3)}),
     ],
 )
-def test_request_lines_equal_manual(line: str, places: set[tuple[str, int, int]]) -> None:
+def test_request_tables_equal_manual(line: str, places: set[tuple[str, int, int]]) -> None:
     """RM0368 tables 28 and 29."""
     bench = DmaBench()
     found = set()

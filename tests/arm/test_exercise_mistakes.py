@@ -1,7 +1,7 @@
 """Mistakes in the exercises: the scenario of the exercise and the rubric agree, and both lead to the fix.
 
-With FCU_ALL_STUDENTS=1 all of tests/arm/mistakes/exercises.toml is run, which takes a quarter of an hour; otherwise a
-part.
+With FCU_ALL_STUDENTS=1 the tests run all programs of tests/arm/mistakes/exercises.toml, which takes a quarter of an
+hour. Otherwise they run a part.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def in_one_line(output: str) -> str:
 
 
 @pytest.mark.parametrize("name", list(MISTAKES) if ALL else list(MISTAKES)[::6])
-def test_run_and_check_explain_each_mistake(name: str, folder: Path) -> None:
+def test_commands_run_and_check_explain_each_mistake(name: str, folder: Path) -> None:
     program = MISTAKES[name]
     assert program.scenario is not None
     exercise = str(OF_EXERCISE[program.scenario])
@@ -65,7 +65,7 @@ def test_run_and_check_explain_each_mistake(name: str, folder: Path) -> None:
 
 @pytest.mark.skipif(not ALL, reason="a quarter of an hour; FCU_ALL_STUDENTS=1")
 @pytest.mark.parametrize("name", MISTAKES)
-def test_mistake_loses_its_points(name: str, folder: Path) -> None:
+def test_mistake_costs_points_only_in_its_exercise(name: str, folder: Path) -> None:
     program = MISTAKES[name]
     wanted = [one.partition(".") for one in program.loses]
     found = lost(judge(build(program, "Og", folder), load_rubric("lab3"), seed=1))
@@ -77,7 +77,7 @@ def test_mistake_loses_its_points(name: str, folder: Path) -> None:
 
 
 @pytest.mark.parametrize("scenario", OF_EXERCISE)
-def test_scenario_passes_only_when_its_exercise_is_done(scenario: str, folder: Path) -> None:
+def test_scenario_passes_only_after_its_exercise_is_done(scenario: str, folder: Path) -> None:
     exercise = OF_EXERCISE[scenario]
 
     assert run(Board(str(staged(exercise, folder)), scenario=scenario)).passed
@@ -92,7 +92,7 @@ CRASH = Program(
 )
 
 
-def test_crash_costs_points_not_shown_before(folder: Path) -> None:
+def test_crash_costs_only_points_for_later_output(folder: Path) -> None:
     verdict = judge(build(CRASH, "Og", folder), load_rubric("lab3"), seed=1, exercises=["1", "2"])
     points = {one.check: one.points for one in verdict.checks if one.max_points}
 
@@ -107,7 +107,7 @@ CRASH_WHEN_STEEP = Program(
 )
 
 
-def test_crash_in_one_exercise_keeps_others(folder: Path) -> None:
+def test_exercises_without_crash_keep_their_points(folder: Path) -> None:
     verdict = judge(build(CRASH_WHEN_STEEP, "Og", folder), load_rubric("lab3"), seed=1, exercises=["3", "4"])
 
     assert lost(verdict) == ("3.yaw", "3.led1")  # the figure-of-eight before the yaw is steep, too
@@ -125,7 +125,7 @@ OTHER_LED_TOGGLED = Program(
 )
 
 
-def test_causes_of_other_exercise_led_are_omitted(folder: Path) -> None:
+def test_causes_for_led_of_other_exercise_are_omitted(folder: Path) -> None:
     elf = str(build(OTHER_LED_TOGGLED, "Og", folder))
     screen = fcu("check", elf, "--exercise", "3").stdout
     titles = [line for line in screen.splitlines() if line.startswith("Exercise 3: ")]

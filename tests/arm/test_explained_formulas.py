@@ -1,6 +1,6 @@
 """Explanations of wrong formulas: the step, the formula that the program computes, and the line.
 
-Correct programs get no explanation, for any way in which they are written.
+Correct programs get no explanation, in whatever way they are written.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ def test_correct_variant_is_not_explained(name: str, folder: Path) -> None:
 
 
 @needs_compiler
-def test_program_without_lines_is_explained_without_place(folder: Path) -> None:
+def test_program_without_line_table_is_explained_without_line(folder: Path) -> None:
     change = Change("main.c", "bx * cosf(pitch)", "bx * cosf(roll)")
     elf = build(Program("stripped", "", (change,)), "O2", folder)
     image = elf.with_suffix(".hex")
@@ -119,7 +119,7 @@ def run(firmware: str | Path, scenario: str, folder: Path) -> dict[str, Any]:
 
 
 @needs_compiler
-def test_run_names_line_of_wrong_formula_first(folder: Path) -> None:
+def test_run_command_shows_line_of_wrong_formula_first(folder: Path) -> None:
     one = FORMULAS["pitch_sign"]
     source = (FOLDER / "student" / "main.c").read_text()
     line = source[: source.index(one["old"])].count("\n") + 1
@@ -138,7 +138,7 @@ def test_run_names_line_of_wrong_formula_first(folder: Path) -> None:
     assert abs(int(named[1]) - line) <= WITHIN
 
 
-def test_run_explains_nothing_of_correct_program(folder: Path) -> None:
+def test_run_command_explains_nothing_for_correct_program(folder: Path) -> None:
     record = run("solution", "tilt_sweep", folder)
 
     assert record["verdict"] == "passed"

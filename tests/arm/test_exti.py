@@ -30,7 +30,7 @@ def pins() -> Pins:
 
 
 @pytest.mark.parametrize("line", range(16))
-def test_each_line_has_its_interrupt(pins: Pins, line: int) -> None:
+def test_each_exti_line_has_interrupt_of_manual(pins: Pins, line: int) -> None:
     """RM0368 table 38. The pins are pulled low first, because PA13 and PA15 are pulled up after reset (8.4.4)."""
     pins.chip.gpio.drive("A", line, 0)
     pins.listen(line)
@@ -43,7 +43,7 @@ def test_each_line_has_its_interrupt(pins: Pins, line: int) -> None:
 
 
 @pytest.mark.parametrize(("rising", "falling", "seen"), [(True, False, 1), (False, True, 1), (True, True, 2)])
-def test_only_selected_edges_count(pins: Pins, rising: bool, falling: bool, seen: int) -> None:
+def test_only_selected_edges_raise_interrupt(pins: Pins, rising: bool, falling: bool, seen: int) -> None:
     pins.listen(4, rising=rising, falling=falling)
     for level in (1, 0):
         pins.chip.gpio.drive("A", 4, level)
@@ -51,7 +51,7 @@ def test_only_selected_edges_count(pins: Pins, rising: bool, falling: bool, seen
     assert len(pins.chip.irq.rises) == seen
 
 
-def test_exti_line_follows_port_of_syscfg(pins: Pins) -> None:
+def test_exti_line_uses_port_selected_in_syscfg(pins: Pins) -> None:
     """RM0368 7.2.4: EXTICR2 has lines 4 to 7, and 2 selects port C."""
     pins.listen(4)
     pins.syscfg.write(EXTICR2, 2)
@@ -61,7 +61,7 @@ def test_exti_line_follows_port_of_syscfg(pins: Pins) -> None:
     assert pins.chip.irq.level(10)
 
 
-def test_masked_edge_waits_for_its_mask(pins: Pins) -> None:
+def test_masked_edge_raises_interrupt_after_unmasking(pins: Pins) -> None:
     pins.exti.write(RTSR, 1)
     pins.chip.gpio.drive("A", 0, 1)
     assert not pins.chip.irq.level(6)
@@ -80,7 +80,7 @@ def test_software_can_raise_enabled_line(pins: Pins) -> None:
     assert not pins.chip.irq.level(23)
 
 
-def test_two_lines_of_one_interrupt_keep_it_active(pins: Pins) -> None:
+def test_shared_interrupt_is_active_until_both_lines_cleared(pins: Pins) -> None:
     pins.exti.write(RTSR, 1 << 5 | 1 << 6)
     pins.exti.write(IMR, 1 << 5 | 1 << 6)
     pins.chip.gpio.drive("A", 5, 1)

@@ -102,7 +102,7 @@ def test_vector_table_starts_program(name: str) -> None:
 
 
 @variants
-def test_variables_debugger_asks_for_are_there(name: str) -> None:
+def test_variables_used_by_debugger_are_in_ram(name: str) -> None:
     needed = COMMON_SYMBOLS | (SOLUTION_SYMBOLS if name.startswith("solution") else set())
 
     assert needed <= symbols(name).keys()
@@ -110,7 +110,7 @@ def test_variables_debugger_asks_for_are_there(name: str) -> None:
 
 
 @variants
-def test_sensors_bus_shows_in_symbols(name: str) -> None:
+def test_symbols_show_bus_of_sensors(name: str) -> None:
     handle, other = ("hspi2", "hi2c2") if "spi2" in name else ("hi2c2", "hspi2")
 
     assert handle in symbols(name)

@@ -87,7 +87,9 @@ def bits(value: float) -> bytes:
 
 @pytest.mark.parametrize("per_lsb", [ACC_MG_PER_LSB, GYRO_MDPS_PER_LSB, MAG_MGAUSS_PER_LSB])
 @given(raw=st.tuples(int16, int16, int16))
-def test_axes_are_scaled_and_turned_alike(c: ctypes.CDLL, per_lsb: float, raw: tuple[int, int, int]) -> None:
+def test_c_scales_and_turns_axes_as_python_does(
+    c: ctypes.CDLL, per_lsb: float, raw: tuple[int, int, int]
+) -> None:
     data, axes, scale = struct.pack("<hhh", *raw), Axes(), scale_table(per_lsb)
     c.AxesFromBytes(data, per_lsb, ctypes.byref(axes))
     x, y, z = unpack_axes(data)
@@ -96,22 +98,22 @@ def test_axes_are_scaled_and_turned_alike(c: ctypes.CDLL, per_lsb: float, raw: t
 
 
 @given(raw=st.integers(-0x80_0000, 0x7F_FFFF))
-def test_pressure_is_converted_alike(c: ctypes.CDLL, raw: int) -> None:
+def test_c_converts_pressure_as_python_does(c: ctypes.CDLL, raw: int) -> None:
     assert c.PressureFromBytes(raw.to_bytes(3, "little", signed=True)) == pressure_hpa(raw)
 
 
-def test_pressure_equals_slides(c: ctypes.CDLL) -> None:
+def test_pressure_equals_value_on_slides(c: ctypes.CDLL) -> None:
     """The raw value 4003431 prints 977.400024."""
     assert f"{c.PressureFromBytes((4003431).to_bytes(3, 'little')):f}" == "977.400024"
 
 
 @given(raw=int16)
-def test_temperature_is_converted_alike(c: ctypes.CDLL, raw: int) -> None:
+def test_c_converts_temperature_as_python_does(c: ctypes.CDLL, raw: int) -> None:
     assert c.TemperatureFromBytes(raw.to_bytes(2, "little", signed=True)) == temperature_degc(raw)
 
 
 @given(acc=st.tuples(milli_g, milli_g, milli_g), mag=st.tuples(milligauss, milligauss, milligauss))
-def test_angles_are_equal_to_last_bit(
+def test_angles_are_equal_in_every_bit(
     c: ctypes.CDLL, acc: tuple[int, int, int], mag: tuple[int, int, int]
 ) -> None:
     set_axes(c, "acc", acc)
@@ -123,7 +125,7 @@ def test_angles_are_equal_to_last_bit(
 
 
 @given(press=st.floats(0, 1300, width=32), zero_level=st.floats(250, 1300, width=32), raw_temperature=int16)
-def test_altitude_is_equal_to_last_bit(
+def test_altitude_is_equal_in_every_bit(
     c: ctypes.CDLL, press: float, zero_level: float, raw_temperature: int
 ) -> None:
     temperature = temperature_degc(raw_temperature)
@@ -133,7 +135,9 @@ def test_altitude_is_equal_to_last_bit(
 
 
 @given(samples=st.lists(st.tuples(milligauss, milligauss, milligauss), min_size=1, max_size=20))
-def test_calibration_follows_every_sample_alike(c: ctypes.CDLL, samples: list[tuple[int, int, int]]) -> None:
+def test_c_calibrates_every_sample_as_python_does(
+    c: ctypes.CDLL, samples: list[tuple[int, int, int]]
+) -> None:
     least, most = AxesRaw(*[MAG_MIN_START] * 3), AxesRaw(*[MAG_MAX_START] * 3)
     set_axes(c, "mag_min", (MAG_MIN_START,) * 3)
     set_axes(c, "mag_max", (MAG_MAX_START,) * 3)
@@ -146,5 +150,5 @@ def test_calibration_follows_every_sample_alike(c: ctypes.CDLL, samples: list[tu
         assert Axes.in_dll(c, "mag").values() == (mag.AXIS_X, mag.AXIS_Y, mag.AXIS_Z)
 
 
-def test_python_models_f32_is_this_computers_float() -> None:
+def test_f32_of_python_model_equals_c_float() -> None:
     assert f32(0.122) == ctypes.c_float(0.122).value

@@ -61,5 +61,5 @@ def test_flash_file_of_other_size_is_refused(size: int, tmp_path: Path) -> None:
     assert file.stat().st_size == size
 
 
-def test_flash_file_needs_firmware_for_chip(tmp_path: Path) -> None:
+def test_flash_file_is_refused_for_python_firmware(tmp_path: Path) -> None:
     assert "lab3" in one_line_error("run", "lab3", "--flash", str(tmp_path / "flash.bin"))

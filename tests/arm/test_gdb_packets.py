@@ -36,13 +36,13 @@ def gdb() -> Debugger:
 # -- framing ------------------------------------------------------------------------------------------------
 
 
-def test_packet_as_manual_writes_it() -> None:
+def test_packet_has_format_of_manual() -> None:
     assert frame(b"OK") == b"$OK#9a"
     assert frame(b"a}b#") == b"$a}]b}\x03#" + b"%02x" % ((ord("a") + 0x7D + 0x5D + ord("b") + 0x7D + 3) % 256)
 
 
 @given(st.lists(st.binary(max_size=200), max_size=5), st.integers(1, 50))
-def test_packets_survive_wire_however_it_is_cut(payloads: list[bytes], length: int) -> None:
+def test_packets_are_decoded_however_stream_is_divided(payloads: list[bytes], length: int) -> None:
     wire = b"+".join(map(frame, payloads))
     framer = Framer()
 
@@ -109,7 +109,7 @@ def test_flash_in_memory_map_has_block_size() -> None:
     assert [int(one.text or "", 16) for one in flash] == [0x4000]
 
 
-def test_documents_are_read_in_pieces(gdb: Debugger) -> None:
+def test_xml_documents_are_read_in_pieces(gdb: Debugger) -> None:
     text, reply = b"", b"m"
     while reply[:1] == b"m":
         reply = gdb.ask(b"qXfer:features:read:target.xml:%x,40" % len(text))
@@ -160,7 +160,7 @@ def test_acknowledgements_can_be_switched_off(gdb: Debugger) -> None:
     assert not gdb.session.acknowledged
 
 
-def test_monitor_commands_answer_on_console(gdb: Debugger) -> None:
+def test_monitor_commands_print_on_console(gdb: Debugger) -> None:
     gdb.session.handle(b"qRcmd," + b"time".hex().encode())
 
     assert gdb.commands == ["time"]
@@ -207,7 +207,7 @@ def test_memory_is_written_and_read(gdb: Debugger, packet: bytes) -> None:
     assert gdb.ask(b"m%x,6" % RAM) == b"01027d2a0000"
 
 
-def test_memory_read_ends_at_its_last_byte(gdb: Debugger) -> None:
+def test_memory_read_stops_at_end_of_memory(gdb: Debugger) -> None:
     assert gdb.ask(b"m%x,8" % (RAM + RAM_SIZE - 2)) == b"0000"
     assert gdb.ask(b"m60000000,4") == REFUSED
     assert gdb.ask(b"M60000000,1:00") == REFUSED
@@ -288,7 +288,7 @@ def test_execution_continues_at_given_address(gdb: Debugger) -> None:
     assert gdb.target.registers["pc"] == START + 0x22
 
 
-def test_control_c_stops_and_running_target_is_silent(gdb: Debugger) -> None:
+def test_running_target_is_silent_until_control_c(gdb: Debugger) -> None:
     assert gdb.go(b"c") == b""
     gdb.session.handle(b"g")
     assert not gdb.sent
@@ -299,7 +299,7 @@ def test_control_c_stops_and_running_target_is_silent(gdb: Debugger) -> None:
     assert gdb.ask(b"?") == b"T02thread:1;"
 
 
-def test_failure_is_printed_and_halts(gdb: Debugger) -> None:
+def test_failure_is_printed_and_halts_target(gdb: Debugger) -> None:
     gdb.session.handle(b"c")
     gdb.session.stopped(HaltReason(failure="HardFault in main"))
 
@@ -316,11 +316,11 @@ def test_impossible_request_is_refused_and_stays_halted(gdb: Debugger, packet: b
     assert gdb.session.halted
 
 
-def test_unknown_kinds_of_points_are_not_supported(gdb: Debugger) -> None:
+def test_unknown_kind_of_breakpoint_is_not_supported(gdb: Debugger) -> None:
     assert gdb.ask(b"Z5,8000000,2") == b""
 
 
-def test_points_are_bounded(gdb: Debugger) -> None:
+def test_number_of_breakpoints_is_limited(gdb: Debugger) -> None:
     replies = [gdb.ask(b"Z1,%x,2" % (FLASH + 2 * number)) for number in range(1001)]
 
     assert replies[:1000] == [OK] * 1000
@@ -335,7 +335,7 @@ def test_points_are_bounded(gdb: Debugger) -> None:
         (b"vKill;1", DebuggerExit.KILLED, [OK]),
     ],
 )
-def test_detached_debugger_removes_its_points(
+def test_detaching_or_killing_removes_breakpoints(
     gdb: Debugger, packet: bytes, ending: DebuggerExit, sent: list[bytes]
 ) -> None:
     gdb.ask(b"Z0,%x,2" % START)

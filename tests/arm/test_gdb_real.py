@@ -109,7 +109,7 @@ def test_settings_for_editors_are_json() -> None:
     assert kinds == ["cortex-debug", "cppdbg"]
 
 
-def test_load_replaces_and_runs_program(tmp_path: Path) -> None:
+def test_program_replaced_by_load_command_runs(tmp_path: Path) -> None:
     board = Board(firmware="template-arm", ideal=True)
     script = """\
 load
@@ -154,7 +154,7 @@ kill
     assert "killed" in printed
 
 
-def test_command_line_serves_gdb(tmp_path: Path) -> None:
+def test_run_command_with_gdb_option_serves_gdb(tmp_path: Path) -> None:
     run = [
         sys.executable,
         "-m",

@@ -57,14 +57,14 @@ def bench() -> Iterator[Bench]:
     bench.close()
 
 
-def test_without_debugger_board_runs(bench: Bench) -> None:
+def test_board_runs_without_debugger(bench: Bench) -> None:
     bench.run()
 
     assert bench.target.now_ps == SLICE_PS
     assert bench.server.port > 0
 
 
-def test_debugger_after_leaving_one_is_served(bench: Bench) -> None:
+def test_new_debugger_is_served_after_first_leaves(bench: Bench) -> None:
     """The server sees both events at the same time."""
     bench.connect().close()
     client = bench.connect()
@@ -97,7 +97,7 @@ def test_connecting_halts_board_and_time(bench: Bench) -> None:
     assert bench.target.now_ps == came_ps
 
 
-def test_continue_stop_and_control_c(bench: Bench) -> None:
+def test_breakpoint_and_control_c_stop_running_board(bench: Bench) -> None:
     client = bench.connect()
     assert client.ask(b"Z0,%x,2" % (START + 8)) == b"OK"
     assert client.ask(b"c") == b"T05thread:1;"
@@ -109,7 +109,7 @@ def test_continue_stop_and_control_c(bench: Bench) -> None:
     assert client.wait() == b"T02thread:1;"
 
 
-def test_packets_are_acknowledged_until_switched_off(bench: Bench) -> None:
+def test_packets_are_acknowledged_until_no_ack_mode_starts(bench: Bench) -> None:
     client = bench.connect()
     client.raw = b""
     client.ask(b"qC")
@@ -167,7 +167,7 @@ def test_leaving_debugger_removes_its_breakpoints(bench: Bench, goodbye: bytes) 
     assert bench.connect().ask(b"?") == b"T05thread:1;"
 
 
-def test_kill_ends_run(bench: Bench) -> None:
+def test_kill_packet_ends_run(bench: Bench) -> None:
     client = bench.connect()
     client.send(frame(b"k"))
     bench.run()
@@ -178,7 +178,7 @@ def test_kill_ends_run(bench: Bench) -> None:
     assert bench.target.now_ps == before_ps
 
 
-def test_waiting_debugger_is_told_end(bench: Bench) -> None:
+def test_waiting_debugger_is_told_that_run_ended(bench: Bench) -> None:
     client = bench.connect()
     client.send(frame(b"c"))
     bench.run()
@@ -210,7 +210,7 @@ def test_firmware_failure_reaches_debugger_or_caller() -> None:
 
 @settings(max_examples=25)
 @given(st.lists(st.one_of(st.binary(max_size=300), st.binary(max_size=50).map(frame)), max_size=8))
-def test_nothing_that_client_sends_breaks_server(pieces: list[bytes]) -> None:
+def test_no_data_from_client_breaks_server(pieces: list[bytes]) -> None:
     bench = Bench()
     client = bench.connect()
     client.send(b"".join(pieces))
@@ -251,7 +251,7 @@ def test_python_firmware_cannot_be_debugged() -> None:
 
 
 def test_run_under_debugger_is_unchanged() -> None:
-    """It runs without a stop, with a debugger that reads and continues, and with one that stops at every callback."""
+    """The run is the same without a debugger, with one that only continues, and with stops at every callback."""
     end_ps = 1_080 * PS_PER_MS
 
     def outcome(stops: bool | None) -> tuple[bytes, int, int]:
@@ -282,7 +282,7 @@ def test_run_under_debugger_is_unchanged() -> None:
     assert outcome(stops=True) == free
 
 
-def test_halted_wall_time_does_not_count() -> None:
+def test_wall_time_while_halted_does_not_count() -> None:
     class Debugger:
         def __init__(self) -> None:
             self.turns = 0
@@ -319,7 +319,7 @@ def test_halted_wall_time_does_not_count() -> None:
         ("fly", "'fly'"),
     ],
 )
-def test_monitor_command_answers(command: str, answer: str, words: Words) -> None:
+def test_monitor_command_prints_expected_text(command: str, answer: str, words: Words) -> None:
     board = Board(firmware="solution")
     server = serve(board, 0, halted=True)
     client = Client(server, lambda: server.run_until_ps(0))
@@ -333,7 +333,7 @@ def test_monitor_command_answers(command: str, answer: str, words: Words) -> Non
     words("gdb", text.splitlines()[0])
 
 
-def test_where_prints_function_and_line() -> None:
+def test_where_command_prints_function_and_line() -> None:
     board = Board(firmware="solution")
     server = serve(board, 0, halted=True)
     client = Client(server, lambda: server.run_until_ps(0))
@@ -368,7 +368,7 @@ STRANGERS = [
 
 @pytest.mark.parametrize("halted", [False, True])
 @pytest.mark.parametrize("said", STRANGERS)
-def test_stranger_is_disconnected_without_effect(said: bytes, halted: bool) -> None:
+def test_non_debugger_client_is_disconnected_without_effect(said: bytes, halted: bool) -> None:
     bench = Bench(halted)
     stranger = bench.call()
     stranger.send(said)
@@ -383,7 +383,7 @@ def test_stranger_is_disconnected_without_effect(said: bytes, halted: bool) -> N
     bench.close()
 
 
-def test_halted_board_ignores_passing_connections() -> None:
+def test_halted_board_ignores_connections_without_data() -> None:
     bench = Bench(halted=True)
     for _ in range(1000):
         bench.call().close()

@@ -105,7 +105,7 @@ def test_breakpoint_changes_no_memory_and_no_time() -> None:
     ],
 )
 def test_waiting_loop_with_breakpoint_is_not_skipped(loop: str) -> None:
-    """Without a debugger the loop is skipped. With one, each pass of the breakpoint is a stop."""
+    """Without a debugger the loop is skipped. With a debugger, each pass stops at the breakpoint."""
     program = f"""
     reset:  mov32 r4, FLAG
             mov32 r5, RAM
@@ -153,7 +153,7 @@ after:  adds r1, #8
 
 
 @pytest.mark.parametrize(("value", "label", "r1"), [(1, "first", 0), (1, "second", 1), (0, "third", 0)])
-def test_breakpoint_in_it_block_stops_if_condition_holds(value: int, label: str, r1: int) -> None:
+def test_breakpoint_in_it_block_stops_on_true_condition(value: int, label: str, r1: int) -> None:
     gdb = Debugged(IT_BLOCK.format(value=value))
     point = gdb.break_at(label)
 
@@ -164,7 +164,7 @@ def test_breakpoint_in_it_block_stops_if_condition_holds(value: int, label: str,
 
 
 @pytest.mark.parametrize(("value", "label"), [(0, "first"), (0, "second"), (1, "third")])
-def test_breakpoint_in_it_block_passes_if_condition_fails(value: int, label: str) -> None:
+def test_breakpoint_in_it_block_ignored_on_false_condition(value: int, label: str) -> None:
     gdb = Debugged(IT_BLOCK.format(value=value))
     gdb.break_at(label)
 
@@ -196,7 +196,7 @@ CONDITIONAL = st.sampled_from(
     st.integers(0, 255),
     st.integers(0, 255),
 )
-def test_it_block_in_single_steps_is_unchanged(
+def test_single_steps_keep_result_of_it_block(
     body: list[tuple[str, bool]], condition: str, left: int, right: int
 ) -> None:
     """ARMv7-M ARM A7.3: the conditions, the flags and the number of instructions that take time stay the same."""
@@ -223,7 +223,7 @@ def test_it_block_in_single_steps_is_unchanged(
     assert stepped.bench.core.core_state() == free.core.core_state()
 
 
-def test_step_over_wfi_ends_after_it() -> None:
+def test_step_over_wfi_stops_at_next_instruction() -> None:
     gdb = Debugged(f"reset: {interrupts({3: 0})}\nsleep: wfi\nbehind: b behind\nirq3: bx lr")
     gdb.bench.pulse_at_us(500, 3)
     gdb.break_at("sleep")
@@ -256,7 +256,7 @@ def test_step_enters_due_interrupt_and_svc() -> None:
     assert places == [gdb.at("irq3"), gdb.at("back"), gdb.at("back") + 2]  # chained, returned, one more
 
 
-def test_debugger_during_exception_entry_sees_handler() -> None:
+def test_attaching_during_exception_entry_stops_at_handler() -> None:
     program = f"reset: {interrupts({3: 0})}\nloop: b loop\nirq3: bx lr"
     bench = CoreBench(program)
     bench.pulse_at_us(500, 3)
@@ -350,7 +350,7 @@ def test_watchpoint_sees_bit_band_writes(place: int, alias: int) -> None:
 BKPT = "reset: movs r0, #1\nstop: bkpt #0\nbehind: movs r0, #2\n b .\nhard_fault: log 9\n b ."
 
 
-def test_bkpt_halts_and_continues_after_it() -> None:
+def test_core_halts_at_bkpt_and_can_continue() -> None:
     """ARMv7-M ARM C1.4.1."""
     gdb = Debugged(BKPT)
 
@@ -377,7 +377,7 @@ def test_lock_up_is_reported_once() -> None:
     assert gdb.go() is None
 
 
-def test_reset_goes_to_first_instruction() -> None:
+def test_reset_stops_before_first_instruction() -> None:
     gdb = Debugged(LOOP)
     gdb.go(until_us=50)
     gdb.target.halt()
@@ -402,7 +402,7 @@ def test_register_is_written_and_read(name: str) -> None:
     assert gdb.target.read_registers()[name] == 0x2000_1230
 
 
-def test_stack_in_use_is_sp() -> None:
+def test_sp_is_pointer_of_stack_in_use() -> None:
     gdb = Debugged(LOOP)
     gdb.target.write_register("psp", 0x2000_0800)
     gdb.target.write_register("control", 2)  # SPSEL
@@ -410,7 +410,7 @@ def test_stack_in_use_is_sp() -> None:
     assert gdb.target.read_registers()["sp"] == 0x2000_0800
 
 
-def test_written_pc_wakes_sleeping_core() -> None:
+def test_writing_pc_wakes_sleeping_core() -> None:
     gdb = Debugged("reset: wfi\nother: movs r0, #5\nend: b .")
     gdb.go(until_us=20)
     gdb.target.halt()

@@ -39,7 +39,7 @@ def edges(chip: NativeChip) -> list[tuple[str, int]]:
     ("name", "moder", "pupdr"),
     [("GPIOA", 0xA800_0000, 0x6400_0000), ("GPIOB", 0x280, 0x100), ("GPIOC", 0, 0)],
 )
-def test_reset_values(chip: NativeChip, name: str, moder: int, pupdr: int) -> None:
+def test_registers_have_reset_values_of_manual(chip: NativeChip, name: str, moder: int, pupdr: int) -> None:
     """RM0368 8.4.1, 8.4.4: the debug port's pins are set up after reset."""
     port = chip[name]
     assert (port.read(MODER), port.read(PUPDR)) == (moder, pupdr)
@@ -65,14 +65,14 @@ def test_set_wins_over_reset_in_one_write(port: NativePeripheral) -> None:
     assert port.read(BSRR) == 0
 
 
-def test_half_word_accesses_reach_one_half(port: NativePeripheral) -> None:
+def test_half_word_access_affects_only_its_half(port: NativePeripheral) -> None:
     port.write(BSRR, 0x0021_0000, 0xFFFF_0000)
     port.write(ODR, 0x0000_FF00, 0x0000_FF00)
     port.write(BSRR, 0x8000_0000, 0xFFFF_0000)
     assert port.read(ODR) == 0x7F00
 
 
-def test_open_drain_led_equals_push_pull(chip: NativeChip, port: NativePeripheral) -> None:
+def test_open_drain_output_lights_led_like_push_pull(chip: NativeChip, port: NativePeripheral) -> None:
     """ST's firmware: MX_GPIO_Init makes the LED pins open drain."""
     led = Led("LED2", chip.gpio, "B", 4)
     port.write(OTYPER, 1 << 4)
@@ -91,14 +91,14 @@ def test_pin_without_output_mode_leaves_led_dark(chip: NativeChip, port: NativeP
     assert edges(chip) == [("PB5", 0), ("PB5", 1)]
 
 
-def test_input_reads_its_driver(chip: NativeChip, port: NativePeripheral) -> None:
+def test_input_reads_level_of_its_driver(chip: NativeChip, port: NativePeripheral) -> None:
     chip.gpio.drive("B", 7, 1)
     assert port.read(IDR) >> 7 & 1 == 1
     chip.gpio.drive("B", 7, None)
     assert port.read(IDR) >> 7 & 1 == 0
 
 
-def test_pull_decides_without_driver(chip: NativeChip, port: NativePeripheral) -> None:
+def test_pull_resistor_determines_level_without_driver(chip: NativeChip, port: NativePeripheral) -> None:
     port.write(PUPDR, 1 << 14, 3 << 14)
     assert port.read(IDR) >> 7 & 1 == 1
     chip.gpio.drive("B", 7, 0)
@@ -172,7 +172,7 @@ def test_each_listener_gets_edge_once(chip: NativeChip, port: NativePeripheral) 
     assert heard == [("first", 1), ("second", 1)]
 
 
-def test_pin_state_before_chip_is_kept() -> None:
+def test_pin_levels_before_connecting_chip_are_kept() -> None:
     """Sensors pull their chip selects up before the chip is connected."""
     heard = list[int]()
     clock, trace = Clock(), Trace()
@@ -194,7 +194,7 @@ def test_listener_may_drive_another_pin(chip: NativeChip, port: NativePeripheral
     assert port.read(IDR) >> 6 & 3 == 3
 
 
-def test_error_of_listener_reaches_caller(chip: NativeChip, port: NativePeripheral) -> None:
+def test_error_in_listener_reaches_caller(chip: NativeChip, port: NativePeripheral) -> None:
     def fail(_level: int) -> None:
         raise ValueError("in a listener")
 
@@ -205,7 +205,7 @@ def test_error_of_listener_reaches_caller(chip: NativeChip, port: NativePeripher
     assert chip.gpio.level("B", 6) == 1
 
 
-def test_frequent_pin_is_in_detailed_trace_only(chip: NativeChip, port: NativePeripheral) -> None:
+def test_only_detailed_trace_contains_edges_of_frequent_pin(chip: NativeChip, port: NativePeripheral) -> None:
     chip.gpio.frequent("B", 12)
     mode(port, 12, OUTPUT)
     assert edges(chip) == []

@@ -61,7 +61,7 @@ def test_solution_passes_everything_on_another_board(rubric: Rubric) -> None:
 
 @needs_compiler
 @pytest.mark.parametrize("done", [2, 3, 4])
-def test_done_exercise_passes_alone(done: int, rubric: Rubric, folder: Path) -> None:
+def test_completed_exercises_pass_without_later_ones(done: int, rubric: Rubric, folder: Path) -> None:
     verdict = judge(staged(done, folder), rubric, seed=1)
 
     assert green(verdict) == list(EXERCISES[:done])
@@ -82,7 +82,7 @@ def test_done_exercise_passes_alone(done: int, rubric: Rubric, folder: Path) -> 
         ("led_inverted", "4"),
     ],
 )
-def test_mistake_loses_only_its_checks(name: str, exercises: str, rubric: Rubric, folder: Path) -> None:
+def test_mistake_fails_only_its_checks(name: str, exercises: str, rubric: Rubric, folder: Path) -> None:
     program = MISTAKES[name]
     verdict = judge(build(program, OPTIMISATION, folder), rubric, seed=1, exercises=exercises)
 
@@ -91,14 +91,14 @@ def test_mistake_loses_only_its_checks(name: str, exercises: str, rubric: Rubric
 
 @needs_compiler
 @pytest.mark.parametrize(("name", "exercises"), [("flag_for_main", "1"), ("seldom", "5"), ("tasks", "4")])
-def test_correct_variant_loses_nothing(name: str, exercises: str, rubric: Rubric, folder: Path) -> None:
+def test_correct_variant_passes_all_checks(name: str, exercises: str, rubric: Rubric, folder: Path) -> None:
     elf = build(VARIANTS[name], OPTIMISATION, folder)
 
     assert lost(judge(elf, rubric, seed=1, exercises=exercises)) == ()
 
 
 @needs_compiler
-def test_constant_output_earns_no_number_points(rubric: Rubric, folder: Path) -> None:
+def test_constant_output_earns_no_points_for_numbers(rubric: Rubric, folder: Path) -> None:
     elf = build(graded_programs.CONSTANTS, OPTIMISATION, folder)
     verdict = judge(elf, rubric, seed=1, exercises=["1", "2"])
 
@@ -107,7 +107,7 @@ def test_constant_output_earns_no_number_points(rubric: Rubric, folder: Path) ->
 
 
 @pytest.mark.parametrize("run", ["sensors", "stairs", "tilt", "steep_x", "steep_y", "heading", "iron"])
-def test_drawn_motions_are_possible_for_sensors(run: str, rubric: Rubric) -> None:
+def test_random_motions_are_possible_for_sensors(run: str, rubric: Rubric) -> None:
     """The motions are in the range of the sensors at the lab's settings, and acceleration does not distort the tilt."""
     for seed in range(25):
         scenario = rubric.scenario(run, seed)
@@ -120,7 +120,7 @@ def test_drawn_motions_are_possible_for_sensors(run: str, rubric: Rubric) -> Non
 
 
 @pytest.mark.parametrize(("run", "axis"), [("steep_x", 0), ("steep_y", 1)])
-def test_led_is_required_on_both_sides(run: str, axis: int, rubric: Rubric) -> None:
+def test_led_motion_passes_threshold_on_both_sides(run: str, axis: int, rubric: Rubric) -> None:
     for seed in range(25):
         scenario = rubric.scenario(run, seed)
         world = Board(scenario=scenario, seed=seed).world
@@ -130,8 +130,8 @@ def test_led_is_required_on_both_sides(run: str, axis: int, rubric: Rubric) -> N
         assert inclination_deg.min() < -83
 
 
-def test_with_hard_iron_no_axis_shows_0(rubric: Rubric) -> None:
-    """On a weaker board, minima and maxima that begin at 0 would pass."""
+def test_hard_iron_keeps_every_axis_away_from_0(rubric: Rubric) -> None:
+    """If an axis came near 0, a program whose minimum and maximum begin at 0 would pass."""
     for seed in range(25):
         scenario = rubric.scenario("iron", seed)
         world = Board(scenario=scenario, seed=seed).world
@@ -141,7 +141,7 @@ def test_with_hard_iron_no_axis_shows_0(rubric: Rubric) -> None:
 
 @pytest.mark.parametrize("run", ["heading", "iron"])
 @pytest.mark.parametrize("wrong", ["pitch", "roll"])
-def test_wrong_axis_in_root_shows_in_yaw(run: str, wrong: str, rubric: Rubric) -> None:
+def test_wrong_axis_in_square_root_changes_yaw(run: str, wrong: str, rubric: Rubric) -> None:
     """The error lasts longer than a pass of the main loop, so that a print shows it, and exceeds the tolerance."""
     for seed in range(40):
         scenario = rubric.scenario(run, seed)
@@ -155,7 +155,7 @@ def test_wrong_axis_in_root_shows_in_yaw(run: str, wrong: str, rubric: Rubric) -
 
 
 def _yaw_deg(force_g: np.ndarray, field: np.ndarray, wrong: str) -> np.ndarray:
-    """Return the yaw of the slides. ``wrong``: the angle whose root has its own axis."""
+    """Return the yaw by the formula on the slides. ``wrong``: the angle with its own axis in its square root."""
     (gx, gy, gz), (bx, by, bz) = force_g.T, field.T
     pitch = np.arctan2(-gx, np.hypot(gx if wrong == "pitch" else gy, gz))
     roll = np.arctan2(gy, np.hypot(gy if wrong == "roll" else gx, gz))

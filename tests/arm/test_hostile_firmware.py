@@ -36,7 +36,7 @@ def faults(board: Board) -> list[str]:
     return [event.text for event in board.trace.of(Fault)]
 
 
-def test_endless_loop_costs_nothing(tmp_path: Path) -> None:
+def test_endless_loop_does_not_slow_simulation(tmp_path: Path) -> None:
     board = board_with(program("reset: b ."), tmp_path)
 
     board.run_for(100)
@@ -70,7 +70,7 @@ def test_every_address_may_be_accessed(access: str, tmp_path: Path) -> None:
     assert len(board.trace) < 100
 
 
-def test_reading_every_register_limits_notes(tmp_path: Path, words: Words) -> None:
+def test_number_of_notes_about_registers_is_limited(tmp_path: Path, words: Words) -> None:
     """RM0368 table 1: 131072 words from 0x40000000, of which most are not registers."""
     source = f"""
     reset: {EVERY_CLOCK_AND_INTERRUPT}
@@ -124,7 +124,7 @@ def test_fault_in_fault_handler_locks_up(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("stack", [RAM, RAM + 8, 0x2001_0000, 0x0800_1000, 0x4000_0000, 0xFFFF_FFF8, 0])
-def test_stack_anywhere_survives_interrupts(stack: int, tmp_path: Path) -> None:
+def test_board_survives_interrupts_with_any_stack_pointer(stack: int, tmp_path: Path) -> None:
     """A frame that cannot be saved is a stacking error (STKERR). It becomes a HardFault, which causes a lock-up."""
     source = "reset:\n" + put("SYST_RVR", 100) + f"mov32 r2, {stack}\nmov sp, r2\n" + put("SYST_CSR", 7)
     board = board_with(program(source + "b .\ninterrupt: push {r0-r3, lr}\npop {r0-r3, pc}"), tmp_path)
@@ -136,8 +136,8 @@ def test_stack_anywhere_survives_interrupts(stack: int, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("semihosting", ["bkpt #0xab", "svc #0xab"])
-def test_semihosting_calls_reach_no_host(semihosting: str, tmp_path: Path) -> None:
-    """SYS_OPEN would write a file on the host (Arm semihosting). Here it is a breakpoint without a debugger."""
+def test_semihosting_calls_do_not_reach_host(semihosting: str, tmp_path: Path) -> None:
+    """SYS_OPEN would write a file on the host (Arm semihosting). Here the call is a breakpoint without a debugger."""
     target = tmp_path / "written"
     name = str(target).encode() + b"\0"
     source = f"reset: movs r0, #1\nmov32 r1, {RAM}\n{semihosting}\nb .\nfault: b ."
@@ -149,7 +149,7 @@ def test_semihosting_calls_reach_no_host(semihosting: str, tmp_path: Path) -> No
     assert sorted(path.name for path in tmp_path.iterdir()) == ["hostile.bin"]
 
 
-def test_two_register_reads_are_not_loop(tmp_path: Path) -> None:
+def test_loop_that_reads_register_twice_per_pass_ends(tmp_path: Path) -> None:
     """A polled register is read twice in one pass, as LDM does. The loop still ends."""
     source = f"""
     reset: {EVERY_CLOCK_AND_INTERRUPT}
@@ -181,7 +181,7 @@ def test_fastest_interrupts_do_not_stop_time(period: int, tmp_path: Path) -> Non
     assert board.clock.now_ps == PS_PER_MS
 
 
-def test_code_that_rewrites_itself_runs_as_rewritten(tmp_path: Path) -> None:
+def test_self_modifying_code_runs_in_modified_form(tmp_path: Path) -> None:
     """Code in RAM changes ``movs r0, #1`` before itself to ``movs r0, #2``, and the loop ends."""
     source = f"""
     reset: mov32 r0, {RAM}

@@ -107,7 +107,7 @@ def register_writes(random: Random) -> bytes:
 
 
 def clock_settings(random: Random) -> bytes:
-    """Return the same with many changes of the clocks of the core and the buses, most of them not permitted."""
+    """Return writes as above, and many changes of the clocks of core and buses. Most changes are not permitted."""
     entries = []
     for _ in range(random.choice((1, 2, 5))):
         entries += _clocks(random)

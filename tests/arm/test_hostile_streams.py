@@ -83,7 +83,7 @@ def flash_of(firmware: Path) -> bytes:
 
 
 def run(driver: Path, first: int, count: int, programs: list[Path]) -> dict[str, str]:
-    """Return the counts by name. An error fails the test with the output of the sanitizers."""
+    """Run the driver, and return its counts by name. If it fails, the test shows the output of the sanitizers."""
     options = {"ASAN_OPTIONS": "quarantine_size_mb=16", "UBSAN_OPTIONS": "print_stacktrace=1"}
     done = subprocess.run(
         [driver, str(first), str(count), *programs],
@@ -103,12 +103,12 @@ def test_hostile_streams_pass_sanitizers(driver: Path, programs: list[Path]) -> 
     assert {name for name, least in LEAST.items() if int(seen[name]) < least} == set(), seen
 
 
-def test_stream_depends_on_its_number_only(driver: Path, programs: list[Path]) -> None:
-    """A result can be repeated."""
+def test_stream_depends_only_on_its_number(driver: Path, programs: list[Path]) -> None:
+    """So a result can be repeated by the number."""
     assert run(driver, 640, 640, programs) == run(driver, 640, 640, programs)
 
 
-def test_sanitizer_finding_names_stream(driver: Path, programs: list[Path]) -> None:
+def test_sanitizer_finding_shows_number_of_stream(driver: Path, programs: list[Path]) -> None:
     """An option of the driver causes an error in the driver: it writes one byte after the chip's memory."""
     done = subprocess.run(
         [driver, "70", "1", *programs],

@@ -77,7 +77,7 @@ class Live:
 
 
 class Board:
-    """The bench with its bus. ``live``: no bytes are kept."""
+    """The bench with its bus. If ``live`` is true, no bytes are kept."""
 
     def __init__(self, *, live: bool) -> None:
         self.bench = bench = CommBench()
@@ -183,7 +183,7 @@ class Board:
         return data
 
     def _debugger(self, address: int, register: int, us: int) -> None:
-        """Read the sensor in Python after a while, in the middle of any message that is then in progress."""
+        """Read the sensor in Python after ``us`` microseconds, even in the middle of a message."""
         clock, part = self.bench.clock, self.part(address)
         clock.schedule(
             clock.now_ps + us * PS_PER_US, lambda: self.seen.append(part.read(register, 2, clock.now_ps))
@@ -307,7 +307,7 @@ def test_sample_is_requested_once(kind: str) -> None:
     assert len(set(map(str, board.seen[-3:]))) == 1
 
 
-def test_configuration_needs_no_call() -> None:
+def test_configuration_read_needs_no_sensor_call() -> None:
     board = Board(live=False)
     board.act(("read", LSM6DSL, 0x10, 1))
     calls = Calls(board)
@@ -319,7 +319,7 @@ def test_configuration_needs_no_call() -> None:
     assert board.seen[-1] == b"\x60"
 
 
-def test_kept_messages_are_among_recent_transfers() -> None:
+def test_recent_transfers_include_messages_with_kept_bytes() -> None:
     board = Board(live=False)
     for register in (0x10, 0x0F, 0x10, 0x0F):
         board.act(("read", LSM6DSL, register, 1))
@@ -333,8 +333,8 @@ def test_kept_messages_are_among_recent_transfers() -> None:
 
 
 @pytest.mark.parametrize("start", [0x20, 0xA0])
-def test_part_with_increment_bit_gets_it(start: int) -> None:
-    """With this bit a burst increments the address, without it the address stays. This also holds for kept bytes."""
+def test_sensor_receives_its_increment_bit(start: int) -> None:
+    """A burst increments the address only if this bit is set. The same is true for kept bytes."""
     board = Board(live=False)
     bench, part = board.bench, Asking()
     part.write(0x20, bytes(range(1, 9)), 0)

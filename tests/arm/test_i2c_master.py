@@ -99,7 +99,7 @@ def bench_with_memory(delays: list[int] | None = None) -> tuple[CommBench, HalI2
 
 
 def whole_read(register: int, count: int) -> tuple[bytes, int]:
-    """Return the result of the same read as one whole transfer, and the sub-address after it."""
+    """Read in one whole transfer. Return the data and the sub-address after the transfer."""
     bench, _, memory = bench_with_memory()
     return bench.board.i2c2.bus.transfer(MEMORY, bytes((register,)), count), memory.address
 
@@ -127,7 +127,7 @@ def test_delays_neither_lose_nor_repeat_bytes(count: int, delays: list[int]) -> 
 
 @settings(max_examples=30, deadline=None)
 @given(counts, delays)
-def test_interrupt_handler_reads_same(count: int, delays: list[int]) -> None:
+def test_interrupt_driven_read_equals_whole_transfer(count: int, delays: list[int]) -> None:
     _, hal, memory = bench_with_memory(delays)
     memory.address = 0x33
     data = hal.receive_interrupt(MEMORY, count)
@@ -158,8 +158,8 @@ def start_stream(bench: CommBench, stream: int, count: int, direction: int = 0) 
 
 
 @pytest.mark.parametrize("count", [2, 3, 6, 14])
-def test_dma_with_last_reads_all_bytes(count: int) -> None:
-    """RM0368 18.3.7: with LAST, the byte after the last but one transfer is not acknowledged."""
+def test_dma_with_last_bit_reads_all_bytes(count: int) -> None:
+    """RM0368 18.3.7: with LAST, the final byte of the DMA transfer is not acknowledged."""
     bench, hal, memory = bench_with_memory()
     start_stream(bench, RX_STREAM, count)
     hal.mem_read_dma_address(MEMORY, 0x55)
@@ -172,8 +172,8 @@ def test_dma_with_last_reads_all_bytes(count: int) -> None:
 
 
 @pytest.mark.parametrize("count", [1, 2, 9])
-def test_dma_writes_same_as_whole_transfer(count: int) -> None:
-    """RM0368 18.3.7: TxE requests each byte. BTF follows the last one, then STOP."""
+def test_dma_write_equals_whole_transfer(count: int) -> None:
+    """RM0368 18.3.7: TxE requests each byte. After the last byte BTF is set, and firmware sends STOP."""
     bench, hal, memory = bench_with_memory()
     data = bytes(range(0xA0, 0xA0 + count))
     bench.ram[:count] = data
@@ -188,7 +188,7 @@ def test_dma_writes_same_as_whole_transfer(count: int) -> None:
 
 
 @pytest.mark.parametrize("moved", [1, 3])
-def test_stopping_stream_midway_holds_i2c_read(moved: int) -> None:
+def test_stopping_dma_stream_pauses_i2c_read(moved: int) -> None:
     """RM0368 9.3.15, 18.3.3: the next byte waits in DR with RxNE. Firmware can read it, send a NACK and stop."""
     bench, hal, _ = bench_with_memory()
     start_stream(bench, RX_STREAM, 6)
@@ -209,7 +209,7 @@ def test_stopping_stream_midway_holds_i2c_read(moved: int) -> None:
     assert not any(bench.ram[moved : moved + 6])
 
 
-def test_prompt_firmware_takes_wire_time() -> None:
+def test_transfer_with_prompt_firmware_takes_wire_time() -> None:
     """Six bytes at 400 kHz: start, three address bytes, restart, data, stop, and the time of the software."""
     bench, hal, _ = bench_with_memory()
     bench.trace.record_all()
@@ -229,7 +229,7 @@ def test_prompt_firmware_takes_wire_time() -> None:
         (210, 43, 100_000),  # standard: 2 x 210
     ],
 )
-def test_scl_follows_ccr(ccr: int, trise: int, speed_hz: int) -> None:
+def test_scl_frequency_follows_ccr(ccr: int, trise: int, speed_hz: int) -> None:
     """RM0368 18.6.8."""
     bench, hal, _ = bench_with_memory()
     bench.write(bench.i2c2, CR1, 0)
@@ -334,7 +334,7 @@ def test_transmitter_address_sets_addr_and_txe_together() -> None:
     assert memory.address == 0x31
 
 
-def test_receiver_address_sets_addr_alone() -> None:
+def test_receiver_address_sets_only_addr() -> None:
     bench, _, _ = bench_with_memory()
     bench.modify(bench.i2c2, CR1, set_bits=START)
     bench.poll(bench.i2c2, SR1, SB)
@@ -365,7 +365,7 @@ def test_overwritten_byte_in_dr_is_noted() -> None:
 
 
 @pytest.mark.parametrize("bit", [START, STOP])
-def test_stop_before_waiting_byte_is_noted(bit: int) -> None:
+def test_stop_before_unsent_byte_is_noted(bit: int) -> None:
     bench = addressed_for_writing()
     for value in (0, 1):
         bench.write(bench.i2c2, DR, value)
@@ -375,7 +375,7 @@ def test_stop_before_waiting_byte_is_noted(bit: int) -> None:
 
 
 def test_sensor_setup_equals_whole_transfers() -> None:
-    """The lab's set-up is written once by registers and once by the board's master, and all bytes are compared."""
+    """One board writes the lab's set-up by registers, another by the board's master. All bytes are compared."""
     setup = [
         (LSM6DSL, 0x12, b"\x44"),
         (LSM6DSL, 0x10, b"\xa8\x6c"),
@@ -434,7 +434,7 @@ def test_stuck_line_is_busy_until_released() -> None:
 
 
 @pytest.mark.parametrize(("kind", "flag"), [("bus_error", BERR), ("arbitration", ARLO), ("absent", AF)])
-def test_error_sets_its_flag_and_interrupt(kind: FaultKind, flag: int) -> None:
+def test_each_error_sets_flag_and_raises_interrupt(kind: FaultKind, flag: int) -> None:
     """RM0368 18.3.4, 18.4."""
     bench, hal, _ = bench_with_memory()
     bench.board.i2c2.inject(I2CFault(kind, 0, 1e-3, address=MEMORY))
@@ -476,7 +476,7 @@ def test_sr1_write_clears_only_written_error_flags() -> None:
 
 
 @pytest.mark.parametrize("bits", [SWRST, 0])
-def test_reset_and_disable_let_go_of_bus(bits: int) -> None:
+def test_reset_and_disable_release_bus(bits: int) -> None:
     """18.6.1: SWRST, and PE = 0."""
     bench, _, _ = bench_with_memory()
     bench.modify(bench.i2c2, CR1, set_bits=START)
@@ -535,7 +535,7 @@ def test_polling_frequency_does_not_change_events() -> None:
     assert run(look_often) == run(lambda bench: None)
 
 
-def test_addr_is_cleared_by_sr1_then_sr2_only() -> None:
+def test_addr_is_cleared_only_by_sr1_then_sr2() -> None:
     """18.6.6: ADDR."""
     bench, _, _ = bench_with_memory()
     bench.modify(bench.i2c2, CR1, set_bits=START)
@@ -549,7 +549,7 @@ def test_addr_is_cleared_by_sr1_then_sr2_only() -> None:
     bench.modify(bench.i2c2, CR1, set_bits=STOP)
 
 
-def test_full_receiver_holds_clock_until_dr_read() -> None:
+def test_full_receiver_stops_clock_until_dr_is_read() -> None:
     """18.3.3, closing a reception: BTF is set with DR and the shift register full, and SCL is low."""
     bench, hal, memory = bench_with_memory()
     memory.address = 0x20
@@ -565,7 +565,7 @@ def test_full_receiver_holds_clock_until_dr_read() -> None:
     assert memory.address == 0x23
 
 
-def test_start_clears_rest_of_transmission() -> None:
+def test_start_clears_flags_of_previous_transmission() -> None:
     bench, hal, _ = bench_with_memory()
     hal._send_address(MEMORY << 1)
     hal._clear_addr()

@@ -138,14 +138,14 @@ def variable(image: FirmwareImage, name: str) -> Any:
 
 
 @styles
-def test_values_are_those_of_source(tmp_path: Path, style: list[str]) -> None:
+def test_values_equal_those_in_source(tmp_path: Path, style: list[str]) -> None:
     image = built(tmp_path, style)
 
     assert {name: variable(image, name) for name in EXPECTED} == EXPECTED
 
 
 @styles
-def test_structures_have_their_members(tmp_path: Path, style: list[str]) -> None:
+def test_structures_have_members_of_source(tmp_path: Path, style: list[str]) -> None:
     image = built(tmp_path, style)
     acc, mixed, node = (variable(image, name) for name in ("acc", "mixed", "list"))
 
@@ -160,7 +160,7 @@ def test_structures_have_their_members(tmp_path: Path, style: list[str]) -> None
 
 
 @styles
-def test_lines_are_those_of_binutils(tmp_path: Path, style: list[str]) -> None:
+def test_lines_equal_those_of_binutils(tmp_path: Path, style: list[str]) -> None:
     image = built(tmp_path, style)
     symbols = image.symbols
     assert symbols is not None
@@ -187,7 +187,7 @@ def test_lines_are_those_of_binutils(tmp_path: Path, style: list[str]) -> None:
         ("-g0", "-g "),
     ],
 )
-def test_unreadable_information_names_required_option(
+def test_error_about_debug_information_states_compiler_option(
     tmp_path: Path, option: str, advice: str, words: Words
 ) -> None:
     image = built(tmp_path, ["-gdwarf-5", "-O2", option])

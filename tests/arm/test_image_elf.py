@@ -40,7 +40,7 @@ def test_unordered_neighbouring_segments_are_joined() -> None:
     assert image.segments == ((FLASH, code()),)
 
 
-def test_contents_of_ram_are_loaded_there() -> None:
+def test_segment_for_ram_is_loaded_into_ram() -> None:
     image = parse_firmware(elf([Load(FLASH, code()), Load(RAM, b"\x70\x47")]), "a.elf")
 
     assert image.segments[-1] == (RAM, b"\x70\x47")
@@ -76,7 +76,7 @@ def test_segments_equal_those_that_pyelftools_reads(path: Path) -> None:
         (elf(kind=0xFE00), "wrong_type", "65024"),
     ],
 )
-def test_elf_of_other_kind_is_named(data: bytes, kind: str, what: str, words: Words) -> None:
+def test_elf_of_wrong_kind_is_refused_with_reason(data: bytes, kind: str, what: str, words: Words) -> None:
     error = refusal(data)
 
     assert error.kind == kind
@@ -172,7 +172,7 @@ def test_program_for_boot_loader_is_refused_with_remedy(words: Words) -> None:
     words("firmware_file", error.problem)
 
 
-def test_stripped_program_is_noted_as_nameless(words: Words) -> None:
+def test_program_without_symbols_is_noted(words: Words) -> None:
     image = parse_firmware(elf(), "a.elf")
 
     assert image.symbols is None
@@ -180,7 +180,7 @@ def test_stripped_program_is_noted_as_nameless(words: Words) -> None:
     words("firmware_file", note)
 
 
-def test_damaged_section_names_cost_only_symbols(words: Words) -> None:
+def test_program_with_damaged_section_names_lacks_only_symbols(words: Words) -> None:
     whole = elf(sections=[Section(".comment", b"GCC")])
     last_header = len(whole) - 40
 

@@ -1,7 +1,7 @@
-"""Each of ten thousand damaged files runs or is refused in one line, with a cost proportional to its size.
+"""Each of ten thousand damaged files is loaded or refused in one line. The cost is proportional to its size.
 
 The mutations have fixed seeds, so that every run tries the same files. The cost is a count of steps in the reader of
-debug information, not a time; all other readers pass over the file once.
+debug information, not a time; all other readers read the file one time.
 """
 
 from __future__ import annotations
@@ -112,7 +112,7 @@ def test_damaged_elf_files_load_or_are_refused(shard: int, version: int) -> None
 
 @pytest.mark.parametrize("version", [4, 5])
 @pytest.mark.parametrize("region", ["symbols", "debug information"])
-def test_elf_files_with_damaged_names_survive(region: str, version: int) -> None:
+def test_loader_survives_elf_files_with_damaged_names(region: str, version: int) -> None:
     """3200 files keep their headers, so that the damage reaches the readers behind them."""
     whole = debug_elf(version)
     start = whole.index(code()) + len(code())
@@ -157,7 +157,7 @@ def test_damaged_binary_files_load_or_are_refused() -> None:
     assert 200 < accepted < 950
 
 
-def test_damaged_files_take_no_memory() -> None:
+def test_damaged_files_take_little_memory() -> None:
     """100 files are damaged; the largest, with doubled headers, has 20 KB."""
     random = Random(5)
     files = [mutated(debug_elf(4 + number % 2), random, OF_ELF) for number in range(100)]

@@ -79,12 +79,12 @@ def test_long_hex_file_crosses_64_kb() -> None:
     assert image.segments == ((FLASH, data),)
 
 
-def test_last_line_needs_no_ending() -> None:
+def test_final_line_needs_no_line_ending() -> None:
     assert parse_firmware(hex_file().rstrip(), "lab3.hex").segments == ((FLASH, code()),)
 
 
 def test_start_addresses_are_accepted_and_not_used() -> None:
-    """Types 03 and 05 tell a debugger the start address. A Cortex-M starts by its vector table."""
+    """Types 03 and 05 tell a debugger the start address. A Cortex-M takes its start address from the vector table."""
     lines = [record(5, 0, bytes.fromhex("08001234")), record(3, 0, bytes.fromhex("00003800"))]
 
     assert parse_firmware(hex_file(*lines), "lab3.hex").reset_vector == RESET | 1
@@ -98,7 +98,7 @@ def test_segment_base_reaches_one_megabyte() -> None:
 
 
 def test_segment_base_addresses_wrap_within_64_kb() -> None:
-    """The address of byte i is base + (offset + i) mod 64 K. With a linear base it continues instead."""
+    """The address of byte i is base + (offset + i) mod 64 K. With a linear base the address does not wrap."""
     wrapped = refusal(hex_file(record(2, 0, bytes.fromhex("1000")), record(0, 0xFFFF, b"\1\2")))
     on = parse_firmware(hex_file(record(0, 0xFFFF, b"\1\2")), "lab3.hex")
 
@@ -131,7 +131,7 @@ def test_records_for_ram_are_loaded() -> None:
         (linear(0xFFFF_0000) + "\n" + record(0, 0xFFFF, b"\0\0"), "other_chip", "0xFFFFFFFF..0x100000000"),
     ],
 )
-def test_damage_is_named_with_its_line(line: str, kind: str, where: str, words: Words) -> None:
+def test_damage_is_reported_with_its_line(line: str, kind: str, where: str, words: Words) -> None:
     """code() fills lines 1 (linear base) to 17, so a line after ``:...`` of the base is line 19."""
     error = refusal(hex_file("", line))
 
@@ -155,7 +155,7 @@ def test_file_cut_between_two_lines_is_refused(words: Words) -> None:
     words("firmware_file", error.problem)
 
 
-def test_hex_text_beyond_chip_is_refused_unread(words: Words) -> None:
+def test_too_long_hex_file_is_refused(words: Words) -> None:
     error = refusal(hex_file().rstrip() + b"\n" * (6 << 20))
 
     assert error.kind == "too_long"

@@ -24,7 +24,7 @@ def refusal(data: bytes) -> FirmwareFileError:
     return caught.value
 
 
-def test_raw_binary_starts_at_flash() -> None:
+def test_raw_binary_is_loaded_to_start_of_flash() -> None:
     image = parse_firmware(code(), "lab3.bin")
 
     assert (image.kind, image.segments) == ("bin", ((FLASH, code()),))
@@ -39,7 +39,7 @@ def test_binary_larger_than_flash_is_refused() -> None:
     assert "262144" in error.problem
 
 
-def test_kind_comes_from_contents_not_name(tmp_path: Path) -> None:
+def test_file_type_depends_on_contents_not_name(tmp_path: Path) -> None:
     path = tmp_path / "lab3.bin"
     path.write_bytes(elf())
 
@@ -48,7 +48,7 @@ def test_kind_comes_from_contents_not_name(tmp_path: Path) -> None:
     assert (image.kind, image.path) == ("elf", path)
 
 
-def test_loader_error_names_file() -> None:
+def test_loader_error_shows_file() -> None:
     with pytest.raises(InputError) as caught:
         parse_firmware(b"", "lab3.elf")
 
@@ -91,7 +91,7 @@ def test_reset_vector_to_unloaded_address_is_refused(words: Words) -> None:
 
 
 @pytest.mark.parametrize("data", [b"\0\0\1\x20", b"\0\0\1\x20\x41\0\0"])
-def test_less_than_vector_table_is_refused(data: bytes) -> None:
+def test_file_shorter_than_vector_table_is_refused(data: bytes) -> None:
     assert refusal(data).kind == "no_vector_table"
 
 
@@ -106,7 +106,7 @@ def test_less_than_vector_table_is_refused(data: bytes) -> None:
         (b"#include <stdio.h>\n\nint main(void) { return 0; }\n", "text"),
     ],
 )
-def test_file_of_other_kind_is_named(data: bytes, what: str, words: Words) -> None:
+def test_file_of_other_type_is_refused_with_type(data: bytes, what: str, words: Words) -> None:
     error = refusal(data)
 
     assert error.kind == "other_file"
@@ -117,7 +117,7 @@ def test_file_of_other_kind_is_named(data: bytes, what: str, words: Words) -> No
 @pytest.mark.parametrize(
     ("name", "kind"), [("no.elf", "no_such_file"), ("", "folder"), ("lab3\0.elf", "unreadable")]
 )
-def test_missing_files_and_folders_are_named(name: str, kind: str, tmp_path: Path) -> None:
+def test_missing_file_or_folder_is_refused_with_path(name: str, kind: str, tmp_path: Path) -> None:
     with pytest.raises(FirmwareFileError) as caught:
         load_firmware(tmp_path / name)
 
@@ -132,7 +132,7 @@ def test_endless_devices_are_not_opened() -> None:
     assert caught.value.kind == "not_a_file"
 
 
-def test_huge_file_is_refused_unread(tmp_path: Path) -> None:
+def test_huge_file_is_refused_without_reading(tmp_path: Path) -> None:
     path = tmp_path / "huge.elf"
     with path.open("wb") as file:
         file.truncate(1 << 40)  # holds no blocks on the disk; reading it would need a terabyte
@@ -142,21 +142,21 @@ def test_huge_file_is_refused_unread(tmp_path: Path) -> None:
     assert caught.value.kind == "too_long"
 
 
-def test_elf_and_its_binary_load_same() -> None:
+def test_elf_and_its_binary_have_same_contents() -> None:
     data = struct.pack("<4I", 1, 2, 3, 4)
     program = elf([Load(FLASH, code()), Load(FLASH + len(code()), data, virtual=RAM)])
 
     assert parse_firmware(program, "a.elf").segments == parse_firmware(code() + data, "a.bin").segments
 
 
-def test_headers_linked_into_flash_are_named() -> None:
+def test_elf_header_in_flash_is_refused_with_reason() -> None:
     """A linker script without PHDRS for the headers places them before the first section."""
     data = elf([Load(FLASH, b"\x7fELF" + code()[4:])])
     assert refusal(data).kind == "header_in_flash"
 
 
 @pytest.mark.parametrize(("end", "kilobytes"), [(0x2001_8000, 96), (0x2002_0000, 128)])
-def test_larger_chips_ram_is_named(end: int, kilobytes: int) -> None:
+def test_stack_of_larger_chip_is_refused_with_size(end: int, kilobytes: int) -> None:
     """The STM32F401xE has 96 KB, the STM32F411 128 KB."""
     error = refusal(struct.pack("<I", end) + code()[4:])
     assert error.kind == "stack_pointer"

@@ -97,11 +97,11 @@ def board_note(error: AssertionError) -> str:
         ("zero", "where_it_was_zeroed"),
     ],
 )
-def test_properties_find_wrong_result(wrong: str, properties: str) -> None:
+def test_properties_find_wrong_model(wrong: str, properties: str) -> None:
     assert any(properties in name for name in found_by(Turned(wrong)))
 
 
-def test_wrong_wrap_is_found_in_compiled_program(tmp_path: Path) -> None:
+def test_wrong_yaw_is_found_in_compiled_program(tmp_path: Path) -> None:
     tests = lab3_properties(Compiled(WRONG_YAW))
     with pytest.raises(AssertionError) as caught:
         tests().test_yaw_is_the_direction_of_the_x_axis_against_magnetic_north()
@@ -156,7 +156,7 @@ def build(tmp_path_factory: pytest.TempPathFactory) -> Callable[[dict[str, str]]
 
 
 @pytest.mark.parametrize("law", WRONG)
-def test_scenario_of_each_law_fails_with_it(
+def test_scenario_of_each_property_finds_its_mistake(
     law: str, build: Callable[[dict[str, str]], Path], tmp_path: Path
 ) -> None:
     firmware = build(WRONG[law])
@@ -188,7 +188,7 @@ def test_error_too_small_for_board_is_explained(
 @pytest.mark.parametrize(
     "pose", [Pose(0, 0, 179), Pose(60, 0, -120), Pose(0, -75, 90), Pose(0, 90, 0), Pose(30, 40, 50)]
 )
-def test_replay_holds_for_lab_itself(pose: Pose, tmp_path: Path) -> None:
+def test_replay_passes_with_firmware_of_lab(pose: Pose, tmp_path: Path) -> None:
     path = tmp_path / "replay.toml"
     path.write_text(replay(pose), encoding="utf-8")
 
@@ -196,7 +196,7 @@ def test_replay_holds_for_lab_itself(pose: Pose, tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(shutil.which("arm-none-eabi-gcc") is None, reason="arm-none-eabi-gcc is not installed")
-def test_wrong_program_differs_only_in_its_wrap(tmp_path: Path) -> None:
+def test_stored_wrong_program_computes_same_as_changed_source(tmp_path: Path) -> None:
     sources = arm.sources()
     shutil.copytree(sources / "support", tmp_path / "support")
     shutil.copytree(sources / "solution", tmp_path / "wrong_yaw")
@@ -213,7 +213,7 @@ def test_wrong_program_differs_only_in_its_wrap(tmp_path: Path) -> None:
         assert built.angles((0, 0, 1000), mag) == kept.angles((0, 0, 1000), mag)
 
 
-def test_missing_function_is_skipped_with_hint(words: Words) -> None:
+def test_missing_function_is_reported_with_hint(words: Words) -> None:
     template = Compiled("template-arm")
     assert "names={'eCompass': ...}" in template.missing("angles")
     words("python", template.missing("angles"))
@@ -266,7 +266,7 @@ def _sample_at(pose: Pose) -> Any:
 
 @settings(max_examples=40)
 @given(motions(expect=[{"kind": "printed", "name": "Pitch", "max_gap": "1.5s"}]))
-def test_drawn_motion_round_trips_through_its_file(motion: GeneratedMotion) -> None:
+def test_generated_motion_is_unchanged_after_saving_and_loading(motion: GeneratedMotion) -> None:
     world = Board("template", scenario=motion.scenario).world
     t_s = np.linspace(0.0, motion.scenario.duration_s, 200)
     with TemporaryDirectory() as folder:
@@ -302,7 +302,7 @@ from = "4.6s"
 """
 
 
-def test_motion_finds_wrong_wrap_and_prints_scenario(tmp_path: Path) -> None:
+def test_motion_property_finds_wrong_yaw_and_prints_scenario(tmp_path: Path) -> None:
     (tmp_path / "turn.toml").write_text(TURN, encoding="utf-8")
 
     @settings(max_examples=12, phases=[Phase.generate], deadline=None, database=None, derandomize=True)

@@ -1,4 +1,4 @@
-"""Limits of a run of compiled firmware, and how they end it."""
+"""Limits of a run of compiled firmware, and the end of a run that exceeds them."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def test_rare_resets_are_allowed(tmp_path: Path) -> None:
     assert len(board.chip.core.resets) == pytest.approx(2.0 / 0.032, abs=2)
 
 
-def test_wall_time_ends_run_that_is_slow(tmp_path: Path, words: Words) -> None:
+def test_wall_time_limit_ends_slow_run(tmp_path: Path, words: Words) -> None:
     """The test replaces the wall clock: each read takes one second."""
     board = board_with(COUNTS, tmp_path)
     assert board.chip is not None
@@ -107,7 +107,7 @@ def test_wall_time_ends_run_that_is_slow(tmp_path: Path, words: Words) -> None:
     assert board.now_s == pytest.approx(0.31)  # 10 ms a look
 
 
-def test_run_within_limits_ends_exactly(tmp_path: Path) -> None:
+def test_run_within_limits_ends_at_requested_time(tmp_path: Path) -> None:
     board = board_with(COUNTS, tmp_path)
 
     board.run_until_ps(123_456_789_012)
@@ -115,7 +115,7 @@ def test_run_within_limits_ends_exactly(tmp_path: Path) -> None:
     assert board.clock.now_ps == 123_456_789_012
 
 
-def test_exceeded_limit_holds_until_raised(tmp_path: Path) -> None:
+def test_exceeded_limit_stops_run_until_raised(tmp_path: Path) -> None:
     board = limited(COUNTS, tmp_path, instructions=1_000)
     stopped(board)
     stopped(board)
@@ -138,7 +138,7 @@ def test_impossible_limits_are_refused(limits: dict[str, Any], words: Words) -> 
     words("run", str(caught.value))
 
 
-def test_limits_are_given_as_texts() -> None:
+def test_limits_are_parsed_from_text() -> None:
     assert parse_limits(["wall_s=0.5", "instructions=1000"]) == Limits(wall_s=0.5, instructions=1000)
 
 

@@ -31,7 +31,7 @@ throttle = "firmware"
 """
 
 
-def test_duty_of_tim4_is_motors_throttle(tmp_path: Path) -> None:
+def test_duty_of_tim4_sets_throttle_of_motors(tmp_path: Path) -> None:
     path = tmp_path / "pwm.toml"
     path.write_text(SCENARIO, encoding="utf-8")
     board = Board(scenario=path)

@@ -1,4 +1,4 @@
-"""Branches, special registers and requested exceptions are the same as on Unicorn, and runs end where they should.
+"""Branches, special registers and requested exceptions are the same as on Unicorn, and runs end correctly.
 
 ARMv7-M ARM A5.2.3, A5.2.5, A5.2.6, A5.3.4, B5.2.
 """
@@ -97,7 +97,7 @@ def privileged(random: Random, fields: Fields) -> Values:
 
 
 def tame(random: Random, fields: Fields) -> Values:
-    """Return such registers, with R0 to LR such that SP is a multiple of 4 and CONTROL.nPRIV remains 0."""
+    """Return privileged registers. No value of R0 to LR sets the low bits of SP or CONTROL.nPRIV."""
     values = privileged(random, fields)
     return {**values, **{register_name(number): values[register_name(number)] & ~11 for number in GENERAL}}
 
@@ -109,22 +109,22 @@ def unprivileged(random: Random, fields: Fields) -> Values:
 
 
 @pytest.mark.parametrize("form", BRANCHES, ids=str)
-def test_branches(pair: EnginePair, form: Form) -> None:
+def test_branches_equal_unicorn(pair: EnginePair, form: Form) -> None:
     pair.check(form, jumps, longest_block=0)
 
 
 @pytest.mark.parametrize("form", LAST_IN_IT, ids=str)
-def test_branches_in_it_blocks(pair: EnginePair, form: Form) -> None:
+def test_branches_in_it_blocks_equal_unicorn(pair: EnginePair, form: Form) -> None:
     pair.check(form, jumps, longest_block=1)
 
 
 @pytest.mark.parametrize("form", NO_BRANCHES, ids=str)
-def test_hints_and_exceptions(pair: EnginePair, form: Form) -> None:
+def test_hints_and_exceptions_equal_unicorn(pair: EnginePair, form: Form) -> None:
     pair.check(form, any_values)
 
 
 @pytest.mark.parametrize("form", NOT_IN_IT, ids=str)
-def test_hints_and_exceptions_outside_of_it_blocks(pair: EnginePair, form: Form) -> None:
+def test_hints_and_exceptions_outside_it_blocks_equal_unicorn(pair: EnginePair, form: Form) -> None:
     pair.check(form, any_values, longest_block=0)
 
 
@@ -133,7 +133,9 @@ def test_hints_and_exceptions_outside_of_it_blocks(pair: EnginePair, form: Form)
     [(MRS, privileged, 4), (MSR, privileged, 4), (MSR_SP, tame, 1), (CPS, privileged, 0)],
     ids=["MRS", "MSR", "MSR of SP and CONTROL", "CPS"],
 )
-def test_special_registers(pair: EnginePair, form: Form, values: State, longest_block: int) -> None:
+def test_special_registers_equal_unicorn(
+    pair: EnginePair, form: Form, values: State, longest_block: int
+) -> None:
     pair.check(form, values, longest_block=longest_block)
 
 
@@ -153,12 +155,12 @@ def test_faultmask_cannot_be_set_in_nmi_or_hardfault(
 
 
 @pytest.mark.parametrize("form", [MRS, MSR, MSR_SP, CPS], ids=str)
-def test_special_registers_without_privilege(form: Form) -> None:
+def test_special_registers_without_privilege_equal_unicorn(form: Form) -> None:
     """After its CPS, Unicorn would stay without privilege."""
     EnginePair().check(form, unprivileged, longest_block=0)
 
 
-def test_conditional_branches_reach_megabyte(pair: EnginePair) -> None:
+def test_conditional_branches_reach_one_megabyte(pair: EnginePair) -> None:
     """A7.7.12, encoding T3: S:J2:J1:imm6:imm11:0."""
     random = Random("T3")
     form = Form("BEQ", "11110 s 0000 iiiiii 10 j 0 k iiiiiiiiiii")
@@ -192,7 +194,7 @@ def branched(engine: BareCore, words: list[int]) -> int:
 
 
 @pytest.mark.parametrize("address", [0xF000_0000, 0xFEFF_FFFF, 0xFFFF_FFE9, 0xFFFF_FFFF])
-def test_exception_return(pair: EnginePair, address: int) -> None:
+def test_only_handler_mode_interprets_exception_return(pair: EnginePair, address: int) -> None:
     """Bits 31:28 decide (BXWritePC, A2.3.1). Unicorn needs 31:24 set."""
     engine = pair.native
     pair.place(CODE, (0x4708,))  # BX R1
@@ -204,9 +206,7 @@ def test_exception_return(pair: EnginePair, address: int) -> None:
 
 @pytest.mark.parametrize(("hint", "stop"), [(0xBF10, Stop.SLICE), (0xBF20, Stop.WFE)], ids=["YIELD", "WFE"])
 @pytest.mark.parametrize("it", [[], [0xBF08]], ids=["alone", "in an IT block"])
-def test_hints_that_unicorn_takes_for_undefined(
-    pair: EnginePair, hint: int, stop: Stop, it: list[int]
-) -> None:
+def test_yield_does_nothing_and_wfe_stops_run(pair: EnginePair, hint: int, stop: Stop, it: list[int]) -> None:
     """YIELD and WFE (A7.7, by name). The core executes WFE itself and does not give it to Unicorn."""
     pair.place(CODE, (*it, hint, 0xBF00))
     Access(pair.native).write({"xpsr": THUMB | 1 << 30})
@@ -215,7 +215,7 @@ def test_hints_that_unicorn_takes_for_undefined(
     assert (pair.native.run(len(it) + 1), pair.native.pc) == (stop, CODE + 2 * len(it) + 2)
 
 
-def test_run_slices_end_like_single_run() -> None:
+def test_divided_run_equals_single_run() -> None:
     """The program has interrupts, polling, waiting and IT blocks, with one instruction per microsecond."""
 
     def core() -> CoreBench:

@@ -119,7 +119,7 @@ def pair() -> EnginePair:
 @pytest.mark.parametrize(
     "form", SIXTEEN_BITS + MODIFIED_CONSTANTS + SHIFTED_REGISTERS + PLAIN_CONSTANTS, ids=str
 )
-def test_results_and_flags(pair: EnginePair, form: Form) -> None:
+def test_results_and_flags_equal_unicorn(pair: EnginePair, form: Form) -> None:
     pair.check(form, any_values)
 
 
@@ -129,7 +129,7 @@ def _multiples_of_4(random: Random, fields: Fields) -> Values:
 
 
 @pytest.mark.parametrize("form", TO_SP, ids=str)
-def test_stack_pointer_as_result(pair: EnginePair, form: Form) -> None:
+def test_stack_pointer_as_result_equals_unicorn(pair: EnginePair, form: Form) -> None:
     pair.check(form, _multiples_of_4)
 
 
@@ -141,7 +141,7 @@ def test_stack_pointer_as_result(pair: EnginePair, form: Form) -> None:
     ],
     ids=str,
 )
-def test_program_counter_as_result(pair: EnginePair, form: Form, base: int) -> None:
+def test_program_counter_as_result_equals_unicorn(pair: EnginePair, form: Form, base: int) -> None:
     """The result is an address in flash. Bit 0 is ignored (BranchWritePC, A2.3.1)."""
 
     def jumps(random: Random, fields: Fields) -> Values:

@@ -33,9 +33,9 @@ Limits = Callable[[Random], Iterator[int]]
 
 @dataclass
 class Outcome:
-    """The results of a program. ``stops``: instructions so far, PC and reason of each early end of a run.
+    """The results of a program. ``stops`` has, for each early end of a run, the instructions so far, PC and reason.
 
-    ``seen``: for each access to the device the access, the instructions so far, and the registers.
+    ``seen`` has, for each access to the device, the access, the instructions so far, and the registers.
     """
 
     executed: int = 0
@@ -141,7 +141,7 @@ def some_places(random: Random, program: Program) -> frozenset[int]:
 
 
 @pytest.mark.parametrize("first_seed", range(0, SEEDS, EACH))
-def test_divided_run_equals_one_run(first_seed: int) -> None:
+def test_divided_run_equals_undivided_run(first_seed: int) -> None:
     for seed in range(first_seed, first_seed + EACH):
         whole = Program(seed).run(at_once(Random(seed)))
         for limits in (one_by_one, in_pieces):
@@ -149,7 +149,7 @@ def test_divided_run_equals_one_run(first_seed: int) -> None:
 
 
 @pytest.mark.parametrize("first_seed", range(0, SEEDS, EACH))
-def test_breakpoints_change_nothing(first_seed: int) -> None:
+def test_breakpoints_do_not_change_result(first_seed: int) -> None:
     for seed in range(first_seed, first_seed + EACH):
         whole = Program(seed).run(at_once(Random(seed)))
         for limits in (at_once, in_pieces):
@@ -159,7 +159,7 @@ def test_breakpoints_change_nothing(first_seed: int) -> None:
 
 
 @pytest.mark.parametrize("first_seed", range(0, SEEDS, EACH))
-def test_watched_memory_changes_nothing(first_seed: int) -> None:
+def test_watching_memory_does_not_change_result(first_seed: int) -> None:
     seen: list[int] = []
     for seed in range(first_seed, first_seed + EACH):
         whole = Program(seed).run(at_once(Random(seed)))

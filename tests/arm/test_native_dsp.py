@@ -80,12 +80,12 @@ def pair() -> EnginePair:
 
 
 @pytest.mark.parametrize("form", REST, ids=str)
-def test_results_and_flags(pair: EnginePair, form: Form) -> None:
+def test_results_and_flags_equal_unicorn(pair: EnginePair, form: Form) -> None:
     pair.check(form, any_values)
 
 
 @pytest.mark.parametrize("form", [Form(*item) for item in PARALLEL.items()], ids=str)
-def test_parallel_results(pair: EnginePair, form: Form) -> None:
+def test_parallel_results_equal_unicorn(pair: EnginePair, form: Form) -> None:
     pair.check(form, any_values)
 
 
@@ -103,6 +103,6 @@ def test_parallel_results(pair: EnginePair, form: Form) -> None:
     ],
     ids=str,
 )
-def test_flags_of_parallel_arithmetic(pair: EnginePair, form: Form) -> None:
+def test_flags_of_parallel_arithmetic_equal_unicorn(pair: EnginePair, form: Form) -> None:
     """These instructions set APSR.GE, except those that saturate or halve. MSR also sets it (A2.3.2)."""
     pair.check(form, any_values, longest_block=0)

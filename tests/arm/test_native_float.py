@@ -57,19 +57,19 @@ def floats(random: Random, fields: Fields) -> Values:
 
 
 def to_nearest(random: Random, fields: Fields) -> Values:
-    """Return registers with rounding to nearest, if the rounding mode must not have an effect."""
+    """Return registers with rounding to nearest, for tests in which the rounding mode must not have an effect."""
     values = floats(random, fields)
     return {**values, "fpscr": values["fpscr"] & ~RMODE}
 
 
 def in_ram(random: Random, fields: Fields) -> Values:
-    """Return registers with addresses, from which no offset leads out of RAM."""
+    """Return registers with addresses in RAM. Address plus any offset is also in RAM."""
     bases = [f"r{number}" for number in range(13)] + ["lr"]
     return {**floats(random, fields), **{base: RAM + 0x1000 + 4 * random.randrange(0x3800) for base in bases}}
 
 
 def first_use(random: Random, fields: Fields) -> Values:
-    """Return registers that are usually without FPCA."""
+    """Return registers that usually have FPCA = 0."""
     return {**in_ram(random, fields), "control": random.choice((0, 2, ACTIVE))}
 
 
@@ -157,16 +157,16 @@ def pair() -> EnginePair:
 
 
 @pytest.mark.parametrize("form", ARITHMETIC + OTHER, ids=str)
-def test_results_and_exceptions(pair: EnginePair, form: Form) -> None:
+def test_results_and_exceptions_equal_unicorn(pair: EnginePair, form: Form) -> None:
     pair.check(form, floats, runs=24)
 
 
 @pytest.mark.parametrize("form", FROM_FIXED_POINT, ids=str)
-def test_from_fixed_point(pair: EnginePair, form: Form) -> None:
+def test_conversion_from_fixed_point_equals_unicorn(pair: EnginePair, form: Form) -> None:
     pair.check(form, to_nearest)
 
 
-def test_from_fixed_point_is_rounded_to_nearest(pair: EnginePair) -> None:
+def test_conversion_from_fixed_point_rounds_to_nearest(pair: EnginePair) -> None:
     """VCVT (between floating point and fixed point, A7.7) rounds to nearest for any FPSCR. Unicorn rounds up."""
     pair.place(CODE, (0xEEBA, 0x0AEF))  # VCVT.F32.S32 S0, S0, #1
     registers = CoreRegisters(pair.native, ("control", "fpscr", "s0"))
@@ -178,16 +178,16 @@ def test_from_fixed_point_is_rounded_to_nearest(pair: EnginePair) -> None:
 
 
 @pytest.mark.parametrize("form", MOVES, ids=str)
-def test_moves(pair: EnginePair, form: Form) -> None:
+def test_register_moves_equal_unicorn(pair: EnginePair, form: Form) -> None:
     pair.check(form, floats)
 
 
 @pytest.mark.parametrize("form", TRANSFERS, ids=str)
-def test_loads_and_stores(pair: EnginePair, form: Form) -> None:
+def test_loads_and_stores_equal_unicorn(pair: EnginePair, form: Form) -> None:
     pair.check(form, in_ram, longest_block=1)
 
 
 @pytest.mark.parametrize("form", [ARITHMETIC[0], OTHER[0], *MOVES[-2:], TRANSFERS[0]], ids=str)
-def test_first_use_in_context(pair: EnginePair, form: Form) -> None:
+def test_first_use_in_context_equals_unicorn(pair: EnginePair, form: Form) -> None:
     """FPSCR is initialised from FPDSCR, and CONTROL.FPCA is set (ExecuteFPCheck, B1.4.7)."""
     pair.check(form, first_use, longest_block=1)

@@ -80,7 +80,7 @@ def c_type(kind: Any) -> str:
 
 
 def fields(structure: type[ctypes.Structure], name: str) -> Iterator[str]:
-    """Yield rules: each field has the position and the type of that in C."""
+    """Yield rules: each field has the same position and type as in C."""
     for field, kind, *_ in structure._fields_:
         yield f"offsetof({name}, {field}) == {getattr(structure, field).offset}"
         yield f"__builtin_types_compatible_p(__typeof__((({name} *)0)->{field}), {c_type(kind)})"
@@ -88,7 +88,7 @@ def fields(structure: type[ctypes.Structure], name: str) -> Iterator[str]:
 
 
 def enumerated(prefix: str, names: Iterable[str]) -> Iterator[str]:
-    """Yield rules: the position of each name is its number in C. "" is a number without a name."""
+    """Yield rules: the position of each name is its number in C. "" is skipped: this number has no name in C."""
     for number, name in enumerate(names):
         if name:
             yield f"{prefix}{name.upper().replace(' ', '_')} == {number}"
@@ -105,7 +105,7 @@ def refused(laws: Iterable[str], include: str = "fcu.h") -> str:
 
 @needs_gcc
 @pytest.mark.parametrize(("structure", "name"), MIRRORED.items(), ids=MIRRORED.values())
-def test_structure_is_same_on_both_sides(structure: type[ctypes.Structure], name: str) -> None:
+def test_structure_is_same_in_python_and_c(structure: type[ctypes.Structure], name: str) -> None:
     assert not refused(fields(structure, name))
 
 
@@ -121,7 +121,7 @@ def test_every_mirrored_structure_is_found() -> None:
 
 
 @needs_gcc
-def test_numbers_are_same_on_both_sides() -> None:
+def test_numbers_are_same_in_python_and_c() -> None:
     laws = (
         f"FLASH_BASE == {FLASH} && FLASH_SIZE == {FLASH_SIZE}",
         f"RAM_BASE == {RAM} && RAM_SIZE == {RAM_SIZE}",
@@ -143,7 +143,7 @@ def test_numbers_are_same_on_both_sides() -> None:
 
 
 @needs_gcc
-def test_enumerations_have_same_order_on_both_sides() -> None:
+def test_enumerations_have_same_order_in_python_and_c() -> None:
     ignored = (f"{access}_{kind}" for kind, access in core._IGNORED_ACCESSES)
     laws = (
         *enumerated("NOTE_", library.NOTE_KINDS),
@@ -164,7 +164,7 @@ def test_enumerations_have_same_order_on_both_sides() -> None:
 
 
 @needs_gcc
-def test_registers_have_same_numbers_on_both_sides() -> None:
+def test_registers_have_same_numbers_in_python_and_c() -> None:
     numbers = library._REGISTER_NUMBERS
     named = ("xpsr", "msp", "psp", "primask", "basepri", "faultmask", "control", "fpscr", "s0")
     assert not refused([f"{name.upper()} == {numbers[name]}" for name in named], "cpu/state.c")
@@ -188,7 +188,7 @@ def _kind_of(kind: Any) -> str:
     return "pointer" if is_pointer else C_TYPES[kind]
 
 
-def test_header_functions_have_python_types() -> None:
+def test_functions_have_same_types_in_python_and_c() -> None:
     text = re.sub(r"/\*.*?\*/", "", (FOLDER / "fcu.h").read_text(encoding="utf-8"), flags=re.DOTALL)
     text = re.sub(r"void \(\*\w+\)\([^)]*\)|int32_t \(\*\w+\)\([^)]*\)", "callback", text)
     in_c = {

@@ -40,12 +40,12 @@ def index_apart(fields: Fields) -> bool:
 
 
 def base_apart(fields: Fields) -> bool:
-    """Return whether the transferred registers do not include a base that is written back."""
+    """Return whether no transferred register is the base, which is written back."""
     return fields["n"] not in (fields["t"], fields.get("d"))
 
 
 def two_listed(fields: Fields) -> bool:
-    """Return whether two or more registers are listed, without a base that is written back. ``l`` has no bit for SP."""
+    """Return whether two or more registers are listed, and no base that is written back. ``l`` has no bit for SP."""
     registers = fields["l"] & 0x1FFF | fields["l"] >> 13 << 14
     return registers.bit_count() > 1 and not (fields["w"] and registers >> fields["n"] & 1)
 
@@ -129,7 +129,7 @@ def at(random: Random, fields: Fields, address: Callable[[], int]) -> Values:
 
 
 def in_ram(random: Random, fields: Fields) -> Values:
-    """Return addresses from which no offset leads out of RAM; some are unaligned."""
+    """Return addresses in RAM, some of them unaligned. Address plus any offset is also in RAM."""
     return at(
         random,
         fields,
@@ -234,7 +234,7 @@ def test_accesses_at_memory_ends_equal_unicorn(pair: EnginePair, form: Form) -> 
     ],
     ids=str,
 )
-def test_loads_of_pc(pair: EnginePair, form: Form) -> None:
+def test_loads_of_pc_equal_unicorn(pair: EnginePair, form: Form) -> None:
     """BXWritePC (A2.3.1)."""
     pair.place(
         TABLE, [half for n in range(1024) for half in divmod(CODE + 0x4000 + 2 * n + 1, 1 << 16)[::-1]]
@@ -250,7 +250,7 @@ def test_loads_of_pc(pair: EnginePair, form: Form) -> None:
     ],
     ids=str,
 )
-def test_table_branches(pair: EnginePair, form: Form) -> None:
+def test_table_branches_equal_unicorn(pair: EnginePair, form: Form) -> None:
     pair.check(form, words_in_ram if form in SEVERAL else in_ram, longest_block=1)
 
 
@@ -272,7 +272,7 @@ EXCLUSIVES = pytest.mark.parametrize(
 
 @EXCLUSIVES
 @pytest.mark.parametrize("between", BETWEEN, ids=["at once", "NOP", "CLREX", "a store"])
-def test_exclusives(pair: EnginePair, load: str, between: str, store: str) -> None:
+def test_exclusive_accesses_equal_unicorn(pair: EnginePair, load: str, between: str, store: str) -> None:
     """The comparison includes whether the value is stored (A3.4.1). The store may have another address."""
     pattern = load + between + store
     form = Form(pattern, pattern, {"s": (2, 3, 4)}, instructions=2 + BETWEEN[between])
@@ -280,7 +280,7 @@ def test_exclusives(pair: EnginePair, load: str, between: str, store: str) -> No
 
 
 @EXCLUSIVES
-def test_second_exclusive_store_fails(pair: EnginePair, load: str, store: str) -> None:
+def test_second_exclusive_store_fails_as_on_unicorn(pair: EnginePair, load: str, store: str) -> None:
     """The first store has cleared the monitor."""
     pattern = load + store + store.replace("s", "x").replace("j", "k")
     form = Form(pattern, pattern, {"s": (2, 3, 4), "x": (2, 3, 4)}, instructions=3)
@@ -296,7 +296,7 @@ def test_second_exclusive_store_fails(pair: EnginePair, load: str, store: str) -
     ],
     ids=str,
 )
-def test_exclusive_loads_anywhere(pair: EnginePair, form: Form) -> None:
+def test_exclusive_loads_at_any_address_equal_unicorn(pair: EnginePair, form: Form) -> None:
     """Unaligned exclusive loads are faults (A3.2.1)."""
     pair.check(form, in_ram, longest_block=0)
 
@@ -329,7 +329,7 @@ def test_faulting_load_multiple_keeps_base(pair: EnginePair) -> None:
 
 @pytest.mark.parametrize("access", ["ldr", "ldrh", "ldrb", "str", "strh", "strb"])
 @pytest.mark.parametrize("address", [RAM + RAM_SIZE, 0x6000_0000, 0xFFFF_FFFC])
-def test_address_of_fault(pair: EnginePair, access: str, address: int) -> None:
+def test_fault_has_address_of_access(pair: EnginePair, access: str, address: int) -> None:
     engine = engine_at(pair, f"{access} r0, [r1]", {"r1": address})
 
     assert engine.run(1) is (Stop.READ if access[0] == "l" else Stop.WRITE)
@@ -359,7 +359,7 @@ SECOND = 0x4770_2502
         (RAM + RAM_SIZE - 8, NARROW_CODE, "push {r2, r4}", 0, SECOND),
     ],
 )
-def test_stored_code_in_ram_is_executed(
+def test_code_changed_in_ram_is_executed(
     code: int, words: tuple[int, ...], store: str, address: int, value: int
 ) -> None:
     """The stores begin at the first word of RAM, cross from one kilobyte into the next, and reach the end of RAM.

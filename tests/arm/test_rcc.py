@@ -52,7 +52,7 @@ def test_after_reset_core_runs_from_hsi() -> None:
     assert rcc.read(CR) & 3 == 3
 
 
-def test_labs_settings_give_84_mhz() -> None:
+def test_settings_of_lab_give_84_mhz() -> None:
     """ST's firmware: HSE 16, M 16, N 336, P 4; APB1 / 2 with its timers at 84 MHz."""
     board = Board()
     board.to_84_mhz()
@@ -65,7 +65,7 @@ def test_labs_settings_give_84_mhz() -> None:
     assert board.chip.notes() == []
 
 
-def test_oscillator_errors_move_clocks_within_limits() -> None:
+def test_oscillator_errors_change_clocks_but_violate_no_limit() -> None:
     """The quartz is 100 ppm fast: 84 MHz is exceeded by this tolerance, which does not violate the manual's limits."""
     board = Board(Oscillators(hsi_hz=16_160_000, hse_hz=16_001_600))
     assert board.rcc.hclk_hz == 16_160_000
@@ -101,7 +101,7 @@ def test_oscillator_needs_time_to_start() -> None:
     assert board.rcc.read(CR) & PLLRDY
 
 
-def test_sysclk_waits_for_source_that_was_selected() -> None:
+def test_sysclk_switches_when_selected_source_is_ready() -> None:
     """RM0368 6.2.6: a switch occurs when the target is ready."""
     board = Board()
     board.rcc.write(PLLCFGR, 0x0741_5410)
@@ -115,7 +115,7 @@ def test_sysclk_waits_for_source_that_was_selected() -> None:
 
 
 def test_active_clock_source_cannot_be_switched_off() -> None:
-    """RM0368 6.3.1, PLLON and HSEON: they cannot be cleared while they are the source of the system clock."""
+    """RM0368 6.3.1, PLLON and HSEON: neither bit can be cleared while its clock is the source of the system clock."""
     board = Board()
     board.to_84_mhz()
     board.rcc.write(CR, 0)
@@ -143,7 +143,7 @@ def test_ready_interrupt_is_raised_and_cleared() -> None:
     assert not board.chip.irq.level(5)
 
 
-def test_gates_follow_enable_registers() -> None:
+def test_clock_gates_follow_enable_registers() -> None:
     """RM0368 6.3.9, 6.3.11: GPIOB is AHB1ENR bit 1, TIM2 APB1ENR bit 0."""
     board = Board()
     gpiob, tim2 = board.native["GPIOB"], board.native["TIM2"]
@@ -166,7 +166,7 @@ def test_reset_bit_resets_its_block() -> None:
     assert tim2.read(0x2C) == 0xFFFF_FFFF
 
 
-def test_reset_cause_is_shown_until_removed() -> None:
+def test_reset_flags_show_cause_until_cleared() -> None:
     """RM0368 6.3.21: IWDGRSTF is bit 29, PINRSTF 26, RMVF 24."""
     board = Board()
     assert board.rcc.read(CSR) == 0x0E00_0000
@@ -235,7 +235,7 @@ def test_forbidden_pll_setting_is_explained(pllcfgr: int, part: str, frequency: 
     ("pllcfgr", "fits_mhz"),
     [(0x0741_5408, 8), (0x0741_5419, 25), (0x0741_5404, None), (0x0701_5408, None)],
 )
-def test_other_boards_crystal_is_named(pllcfgr: int, fits_mhz: float | None) -> None:
+def test_note_shows_crystal_that_fits_pll_setting(pllcfgr: int, fits_mhz: float | None) -> None:
     """M 8 and 25 with N 336, P 4 are ST's settings for crystals of 8 and 25 MHz. M 4 fits no crystal, HSI has none."""
     board = Board()
     board.start_hse()
@@ -245,7 +245,7 @@ def test_other_boards_crystal_is_named(pllcfgr: int, fits_mhz: float | None) -> 
     assert named == ({"crystal_mhz": 16, "fits_mhz": fits_mhz} if fits_mhz else None)
 
 
-def test_labs_pll_setting_is_allowed() -> None:
+def test_pll_setting_of_lab_is_allowed() -> None:
     assert pll(0x0741_5410).problem() == ""
 
 
@@ -264,7 +264,7 @@ def test_timers_run_at_twice_divided_bus_clock(hpre: int, ppre1: int, ppre2: int
         assert timer_hz == (pclk_hz if apb[ppre] == 1 else clocks.hclk_hz * 2 // apb[ppre])
 
 
-def test_peripheral_selection_of_rtc_clock() -> None:
+def test_rtc_runs_from_selected_lsi_when_ready() -> None:
     """RM0368 6.2.8: LSI is 32 kHz and needs RTCEN and RTCSEL = 10."""
     board = Board()
     board.blocks.pwr.write(0, PWR_CR_DBP)
@@ -294,7 +294,7 @@ def test_pll_with_zero_multiplier_never_starts() -> None:
 
 
 @pytest.mark.parametrize(("crystal_hz", "m"), [(8_000_000, 8), (25_000_000, 25)])
-def test_other_crystal_makes_84_mhz(crystal_hz: int, m: int) -> None:
+def test_boards_with_other_crystals_reach_84_mhz(crystal_hz: int, m: int) -> None:
     """Settings of other boards: VCO of 336 MHz, P = 4 (6.3.2)."""
     board = Board(Oscillators(crystal_hz=crystal_hz, hse_hz=crystal_hz))
     board.blocks.flash.write(0x00, 0x702)
@@ -309,7 +309,7 @@ def test_other_crystal_makes_84_mhz(crystal_hz: int, m: int) -> None:
     assert board.chip.notes() == []
 
 
-def test_pll_for_another_crystal_leaves_a_note() -> None:
+def test_pll_setting_for_another_crystal_is_noted() -> None:
     """The PLL is set up for 16 MHz on a board with 8 MHz."""
     board = Board(Oscillators(hse_hz=8_000_000, crystal_hz=8_000_000))
     board.start_hse()

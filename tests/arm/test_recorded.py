@@ -58,7 +58,7 @@ def test_record_equals_its_copy(recorded: Record) -> None:
     assert differences(recorded, copy.deepcopy(recorded)) == []
 
 
-def test_early_entry_is_reported(recorded: Record) -> None:
+def test_changed_early_entry_is_reported(recorded: Record) -> None:
     first = recorded["exact"]["transfers"]["first"][3]
     now = changed(recorded, "exact", "transfers", "first", 3, to="I2C2 6B OUT_TEMP_L sent 20 read  nack")
 
@@ -67,7 +67,7 @@ def test_early_entry_is_reported(recorded: Record) -> None:
     ]
 
 
-def test_late_entry_is_located(recorded: Record) -> None:
+def test_changed_late_entry_is_located(recorded: Record) -> None:
     digests = recorded["exact"]["transfers"]["digests"]
     now = changed(recorded, "exact", "transfers", "digests", to=digests[:8] + "0" * 8 + digests[16:])
 

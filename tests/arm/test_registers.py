@@ -179,7 +179,7 @@ def test_reset_values_and_names_equal_declaration(name: str) -> None:
 
 
 @blocks
-def test_bits_that_are_not_declared_never_stick(name: str) -> None:
+def test_undeclared_bits_cannot_be_set(name: str) -> None:
     block = made(name)
     for one in DECLARED[name].registers:
         block.write(one.offset, WORD)

@@ -1,4 +1,4 @@
-"""Programs that do the lab rightly in other ways: they get every point, and nothing is said about them."""
+"""Correct programs that do the lab in other ways: they get every point and no explanation."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.skipif(not student_programs.is_buildable(), reason="arm-none-eabi-gcc or make is not installed")
 @pytest.mark.parametrize(("name", "optimisation"), CASES if ALL else CASES[::9])
-def test_right_program_gets_all_points_and_no_finding(name: str, optimisation: str, folder: Path) -> None:
+def test_correct_program_gets_all_points_and_no_finding(name: str, optimisation: str, folder: Path) -> None:
     verdict = judge(str(build(VARIANTS[name], optimisation, folder)), load_rubric("lab3"), seed=1)
 
     assert {one.check: one.actual for one in verdict.checks if one.points < one.max_points} == {}

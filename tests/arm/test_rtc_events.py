@@ -73,7 +73,7 @@ def test_wake_up_timer_repeats_with_its_period(wucksel: int, wutr: int, cycles: 
     assert bench.chip.notes() == []
 
 
-def test_wake_up_timer_above_65536_seconds() -> None:
+def test_wake_up_timer_can_exceed_65536_seconds() -> None:
     """WUCKSEL = 6 adds 2 ** 16 counts."""
     bench = Bench()
     bench.write((WUTR, 9), (CR, 6 | WUTE))
@@ -108,7 +108,7 @@ def test_flags_are_cleared_without_unlock_keys() -> None:
     assert bench.chip.notes() == []
 
 
-def test_alarm_on_masked_fields_comes_every_second() -> None:
+def test_alarm_with_masked_fields_comes_every_second() -> None:
     bench = Bench()
     bench.write((ALRMAR, EVERY_SECOND), (CR, ALRAE | ALRAIE))
     assert bench.rises_in(3 * PS_PER_S, ALRAF) == [PS_PER_S, 2 * PS_PER_S, 3 * PS_PER_S]

@@ -63,7 +63,7 @@ def printed(firmware: str | Path, seconds: float = 1.2, wiring: str | None = Non
     return bytes(board.terminal.read())
 
 
-def test_first_desk_block_equals_slides() -> None:
+def test_first_block_at_desk_equals_stored_output() -> None:
     done = fcu("run", "solution", "--scenario", "desk", "--duration", "1.2s", "--speed", "max")
     first_block = (GOLDEN / "desk.txt").read_bytes()[: len(done.stdout)]
     assert b"Altitude: " in done.stdout
@@ -72,7 +72,7 @@ def test_first_desk_block_equals_slides() -> None:
     assert done.returncode == 4  # cut off before the scenario's end: not judged
 
 
-def test_elf_hex_and_bin_print_same(tmp_path: Path) -> None:
+def test_elf_hex_and_bin_print_same_output(tmp_path: Path) -> None:
     contents = flash_contents()
     (tmp_path / "lab3.bin").write_bytes(contents)
     (tmp_path / "lab3.hex").write_text(as_intel_hex(contents), encoding="ascii")
@@ -90,8 +90,8 @@ def test_wiring_follows_firmware_symbols() -> None:
 
 
 @pytest.mark.parametrize("bus", ["I2C2", "SPI2"])
-def test_firmware_with_both_handles_gets_used_wiring(tmp_path: Path, bus: str) -> None:
-    """The table of names has one more handle, whose name has the same length."""
+def test_firmware_with_both_handles_gets_wiring_it_uses(tmp_path: Path, bus: str) -> None:
+    """The test replaces a name in the symbol table by that of the other handle, which has the same length."""
     other = b"\0hi2c2\0" if bus == "SPI2" else b"\0hspi2\0"
     (tmp_path / "both.elf").write_bytes(prebuilt("solution", bus).read_bytes().replace(b"\0pitch\0", other))
     board = Board(firmware=tmp_path / "both.elf")
@@ -100,7 +100,7 @@ def test_firmware_with_both_handles_gets_used_wiring(tmp_path: Path, bus: str) -
     assert Board(firmware=tmp_path / "both.elf", wiring="lab3").booted.wiring.name == "lab3"
 
 
-def test_file_without_symbols_gets_used_wiring(tmp_path: Path, words: Words) -> None:
+def test_file_without_symbols_for_spi2_gets_spi2_wiring(tmp_path: Path, words: Words) -> None:
     (tmp_path / "lab3.bin").write_bytes(flash_contents(bus="SPI2"))
     board = Board(firmware=tmp_path / "lab3.bin")
     assert board.booted.wiring.name == "fcu001v1"
@@ -110,7 +110,7 @@ def test_file_without_symbols_gets_used_wiring(tmp_path: Path, words: Words) -> 
     assert b"LAB3 Init" in board.terminal.read()
 
 
-def test_file_without_symbols_runs_on_default_wiring(tmp_path: Path) -> None:
+def test_file_without_symbols_for_i2c2_gets_default_wiring(tmp_path: Path) -> None:
     (tmp_path / "lab3.bin").write_bytes(flash_contents())
     board = Board(firmware=tmp_path / "lab3.bin")
     assert (board.booted.wiring.name, board.booted.reason) == ("lab3", "")
@@ -145,7 +145,7 @@ interrupt:
 
 
 @pytest.mark.parametrize("source", [STORES, FAULTS])
-def test_wiring_trial_of_busy_firmware_ends_early(tmp_path: Path, source: str) -> None:
+def test_wiring_trial_of_busy_firmware_is_limited(tmp_path: Path, source: str) -> None:
     """The trial ends after a number of accesses or faults, not after a time that depends on the machine."""
 
     class Tried(Board):
@@ -161,7 +161,7 @@ def test_wiring_trial_of_busy_firmware_ends_early(tmp_path: Path, source: str) -
     assert 0 < max(Tried.ends) <= 0.1
 
 
-def test_named_program_is_there_for_both_wirings() -> None:
+def test_named_program_exists_for_both_wirings() -> None:
     assert printed("template-arm", wiring="fcu001v1") == printed("template-arm", wiring="lab3")
 
 
@@ -173,7 +173,7 @@ def test_command_prints_chosen_wiring_and_reason(words: Words) -> None:
     assert b"LSM6DSL MEMS Accelerometer initialized" in done.stdout
 
 
-def test_python_settings_for_built_firmware_are_warned_of(tmp_path: Path, words: Words) -> None:
+def test_python_settings_for_built_firmware_cause_warning(tmp_path: Path, words: Words) -> None:
     text = 'schema = 1\nquestion = "?"\nduration = "50ms"\n[firmware_settings]\nmu = 0.1\n'
     (tmp_path / "own.toml").write_text(text, encoding="utf-8")
     done = fcu("run", "solution", "--scenario", str(tmp_path / "own.toml"))
@@ -219,7 +219,7 @@ def test_unique_id_differs_from_board_to_board() -> None:
     assert unique_id(first) == unique_id(Board(firmware="template-arm", seed=1))
 
 
-def test_slicing_does_not_change_output() -> None:
+def test_division_of_run_does_not_change_output() -> None:
     whole, sliced = (Board(firmware="solution", seed=3) for _ in range(2))
     whole.run_for(1.06)
     for step_ps in (1, 7_000_000_003, 490_000_000_000, 123_456_789, 562_876_543_207):
@@ -236,14 +236,14 @@ def test_invalid_firmware_file_raises_fcu_error(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("scenario", ["led_x", "led_y", "flat"])
-def test_led_flash_during_pin_setup_fails_no_scenario(scenario: str) -> None:
+def test_scenario_accepts_led_lit_during_pin_setup(scenario: str) -> None:
     """On the real board, too, an LED is lit from the set-up of its pin as an output until it is switched off."""
     board = Board(firmware="solution", scenario=scenario)
     board.run_for(0.15)
     assert not [finding for finding in check(board) if finding.kind == "led"]
 
 
-def test_reset_causes_no_clock_note() -> None:
+def test_reset_does_not_cause_clock_note() -> None:
     board = Board(firmware="solution")
     board.run_for(0.2)
     assert board.chip is not None

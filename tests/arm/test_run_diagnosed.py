@@ -40,7 +40,7 @@ def test_stuck_firmware_is_explained_and_exits_3(program: str, named: str, words
     words("run", summary)
 
 
-def test_silent_firmware_is_explained_during_run_and_end() -> None:
+def test_silent_firmware_is_explained_during_and_after_run() -> None:
     code, text = run("wrong_address", "--duration", "4s")
     lines = text.splitlines()
     told = [number for number, line in enumerate(lines) if "fcu: stuck in Error_Handler()" in line]
@@ -64,7 +64,7 @@ def test_lost_store_is_explained_and_keeps_exit_code() -> None:
 
 
 @pytest.mark.parametrize("limit", ["instructions=1000", "terminal_bytes=20"])
-def test_limit_ends_run_in_one_line(limit: str, words: Words) -> None:
+def test_exceeded_limit_is_reported_in_one_line(limit: str, words: Words) -> None:
     code, text = run("solution", "--duration", "100ms", "--limit", limit)
     assert code == 3
     words("run", text.splitlines()[-1])

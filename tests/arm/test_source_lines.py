@@ -62,7 +62,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.parametrize("optimisation", ["O0", "O2"])
 @pytest.mark.parametrize("mistake", MISTAKES, ids=str)
-def test_failed_check_names_line_of_statement(mistake: Mistake, optimisation: str, folder: Path) -> None:
+def test_failed_check_shows_line_of_statement(mistake: Mistake, optimisation: str, folder: Path) -> None:
     checks = {one.check: one for one in verdict_of(mistake, optimisation, folder).checks}
 
     assert checks[mistake.check].outcome == "failed"
@@ -88,7 +88,7 @@ def test_function_that_is_not_called_is_named(function: str, optimisation: str, 
     assert f"{function}()" in causes[0].summary
 
 
-def test_failed_explanation_costs_no_verdict(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_error_in_explanation_does_not_prevent_verdict(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_arguments: object) -> None:
         raise ZeroDivisionError("nothing to divide")
 
@@ -102,7 +102,7 @@ def test_failed_explanation_costs_no_verdict(folder: Path, monkeypatch: pytest.M
     assert "nothing to divide" in said
 
 
-def test_graded_submission_quotes_its_source(folder: Path) -> None:
+def test_verdict_on_submission_quotes_its_source(folder: Path) -> None:
     rubric = load_rubric("lab3")
     elf = build(
         Program("quoted", "", (Change("main.c", "by * cosf(roll)", "by * sinf(roll)"),)), "O2", folder
@@ -115,7 +115,7 @@ def test_graded_submission_quotes_its_source(folder: Path) -> None:
     assert "main.c:43: float by2 = bz * sinf(roll) - by * sinf(roll);" in details
 
 
-def test_run_shows_line_of_led(folder: Path) -> None:
+def test_run_record_shows_line_that_switches_led(folder: Path) -> None:
     mistake = MISTAKES[0]
     change = Change("main.c", mistake.old, mistake.new)
     elf = build(Program("line", "", (change,)), "O2", folder)

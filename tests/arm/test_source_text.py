@@ -38,7 +38,7 @@ def test_line_beside_elf_is_quoted(elf: Path) -> None:
 @pytest.mark.parametrize(
     "path", ["../secret.c", "/etc/passwd", "..\\secret.c", "missing.c", "lab3.elf", "x\0.c", "."]
 )
-def test_other_files_are_not_read(elf: Path, path: str) -> None:
+def test_only_source_files_in_folder_are_read(elf: Path, path: str) -> None:
     assert text(elf, path) == ""
 
 

@@ -71,8 +71,8 @@ def test_skipping_does_not_change_interrupt_transfers(tmp_path: Path, source: st
 
 @pytest.mark.parametrize("source", [POLLS_A_PIN, SHOWS_A_PIN], ids=["counts laps", "shows the pin"])
 @pytest.mark.parametrize("skip", [True, False])
-def test_polled_pin_is_seen_at_its_lap(tmp_path: Path, source: str, *, skip: bool) -> None:
-    """Edges occur between passes. The port has been read thousands of times before, and all or no passes write to it."""
+def test_polled_pin_edge_is_seen_in_same_pass(tmp_path: Path, source: str, *, skip: bool) -> None:
+    """Edges occur between passes. Before, thousands of passes have read the port. Every pass or none writes to it."""
     chip = Chip(file(tmp_path, source), skip=skip)
     edges_us = (3_000, 3_001, 5_000, 5_777, 9_000)
     for number, at_us in enumerate(edges_us):
@@ -91,7 +91,7 @@ def test_polled_pin_is_seen_at_its_lap(tmp_path: Path, source: str, *, skip: boo
         assert register(result, 4) > 10_000 / lap_us
 
 
-def test_pin_wait_with_port_writes_is_skipped(tmp_path: Path) -> None:
+def test_waiting_for_pin_is_skipped_despite_port_writes(tmp_path: Path) -> None:
     """Writes that do not change a port do not end the wait. An edge is visible in the pass in which it occurs."""
     results, skipped = [], []
     for skip in (True, False):
@@ -131,7 +131,7 @@ def test_polled_port_without_clock_reads_zero(tmp_path: Path, *, skip: bool) -> 
 
 
 @pytest.mark.parametrize("skip", [True, False])
-def test_polled_register_parts_read_correctly(tmp_path: Path, *, skip: bool) -> None:
+def test_parts_of_polled_register_are_read_correctly(tmp_path: Path, *, skip: bool) -> None:
     """Reset values of MODER and OSPEEDR, RM0368 8.4.1 and 8.4.3."""
     chip = Chip(file(tmp_path, READS_PARTS), skip=skip)
     chip.run_until_ps(10 * PS_PER_MS)

@@ -1,4 +1,4 @@
-"""Bytes of the sensors on SPI2 that the chip keeps do not change bytes, messages and times.
+"""If the chip keeps bytes of the sensors on SPI2, the bytes, messages and times stay the same.
 
 The oracle is a bench on which no bytes are kept: Python answers each byte at its time.
 """
@@ -85,7 +85,7 @@ OUTSIDE = ("turn", "look")
 
 
 def turn_round(spi: StSpi, pin: tuple[str, int], register: int) -> bytes:
-    """Write while reading, and continue to read, which no driver does."""
+    """Write during a read, and then continue the read, which no driver does."""
     bench = spi.bench
     put(bench, pin, 0)
     spi._send(register | 0x80)
@@ -128,7 +128,9 @@ def carry_out(spi: StSpi, step: tuple[object, ...]) -> object:
 
 @settings(max_examples=60, deadline=None)
 @given(st.lists(steps, max_size=25), st.booleans(), st.booleans())
-def test_kept_bytes_have_their_time(steps: list[tuple[object, ...]], detailed: bool, runs: bool) -> None:
+def test_kept_and_live_bytes_have_equal_times(
+    steps: list[tuple[object, ...]], detailed: bool, runs: bool
+) -> None:
     kept, live = measuring(keeps=True), measuring(keeps=False)
     for spi in (kept, live):
         if detailed:
@@ -145,7 +147,7 @@ def test_kept_bytes_have_their_time(steps: list[tuple[object, ...]], detailed: b
         assert bytes(one.registers.mem) == bytes(other.registers.mem), one.NAME
 
 
-def test_kept_bytes_need_no_calls_between_samples() -> None:
+def test_read_of_kept_bytes_needs_no_python_calls() -> None:
     """Data-ready is cleared and each word is read once. Afterwards the chip has all bytes and needs no call."""
     spi = measuring(keeps=True)
     spi.bench.wait(25 * PS_PER_MS)
@@ -165,7 +167,7 @@ def test_kept_bytes_need_no_calls_between_samples() -> None:
                 assert read_all() == seen
 
 
-def test_single_byte_messages_need_no_calls() -> None:
+def test_single_byte_messages_need_no_python_calls() -> None:
     """ST's driver of the LPS22HB clears IF_ADD_INC. The pressure is held from the first to the last byte."""
     spi = measuring(keeps=True)
     spi.write(LPS22HB, 0x11, 0x00)
@@ -184,7 +186,7 @@ def test_single_byte_messages_need_no_calls() -> None:
         assert read_pressure() == seen
 
 
-def test_recent_messages_of_both_kinds_are_ordered() -> None:
+def test_recent_kept_and_live_messages_are_in_order() -> None:
     spi = measuring(keeps=True)
     bench = spi.bench
     for n in range(3):
@@ -203,7 +205,7 @@ def test_recent_messages_of_both_kinds_are_ordered() -> None:
     assert times[-1][1] <= bench.clock.now_ps
 
 
-def test_message_beyond_kept_bytes_continues() -> None:
+def test_message_longer_than_kept_bytes_is_complete() -> None:
     """Registers that only store a value are read around the wrap: 128 sub-addresses, 300 bytes."""
     kept, live = measuring(keeps=True), measuring(keeps=False)
     assert kept.read(LIS2MDL, 0x45, 300) == live.read(LIS2MDL, 0x45, 300)
@@ -211,7 +213,7 @@ def test_message_beyond_kept_bytes_continues() -> None:
     assert len(transfer.read) == 300
 
 
-def test_unheard_bytes_are_kept_for_diagnosis() -> None:
+def test_unaddressed_bytes_are_kept_for_diagnosis() -> None:
     spi = measuring(keeps=True)
     for value in range(10):
         spi._send(value)
@@ -219,7 +221,7 @@ def test_unheard_bytes_are_kept_for_diagnosis() -> None:
     assert [value for _, value in spi.bench.spi_bus.unaddressed] == list(range(2, 10))
 
 
-def test_kept_bytes_follow_wire_mode() -> None:
+def test_full_duplex_read_ignores_sensor_on_three_wires() -> None:
     """In full duplex the chip reads MISO, so it does not receive a sensor on three wires."""
     spi = measuring(keeps=True)
     bench = spi.bench
@@ -238,7 +240,7 @@ def test_kept_bytes_follow_wire_mode() -> None:
     assert spi.read(LIS2MDL, 0x4F) == b"\x40"
 
 
-def test_two_selected_parts_are_read_as_and() -> None:
+def test_two_selected_sensors_combine_their_bytes_by_and() -> None:
     """Both sensors have WHO_AM_I at 0x0F, with 0x6A and 0xB1."""
     spi = measuring(keeps=True)
     for first, second in ((LSM6DSL, LPS22HB), (LPS22HB, LSM6DSL)):

@@ -92,7 +92,7 @@ def three_wire(bench: CommBench) -> StSpi:
     return spi
 
 
-def test_part_identities_are_read() -> None:
+def test_sensor_identities_are_read() -> None:
     spi = three_wire(CommBench())
     assert spi.read(LSM6DSL, 0x0F) == b"\x6a"
     assert spi.read(LIS2MDL, 0x4F) == b"\x40"
@@ -106,7 +106,7 @@ def test_part_identities_are_read() -> None:
     st.integers(1, 12),
     delays,
 )
-def test_three_wire_bytes_are_parts_own(
+def test_three_wire_bytes_equal_those_of_sensor(
     where: tuple[tuple[str, int], int], data: bytes, count: int, delays: list[int]
 ) -> None:
     """The oracle gives the same messages to :class:`SpiTarget` as a whole."""
@@ -180,7 +180,7 @@ def test_spe_pulse_sends_one_byte() -> None:
         assert not bench.read(bench.spi2, SR) & (RXNE | OVR)
 
 
-def test_dr_read_with_spe_starts_next_byte() -> None:
+def test_read_of_dr_while_enabled_starts_next_byte() -> None:
     bench = CommBench()
     spi = three_wire(bench)
     spi.write(LIS2MDL, 0x45, 1, 2, 3, 4)
@@ -218,7 +218,7 @@ def exchange(bench: CommBench, data: bytes) -> bytes:
     return bytes(received)
 
 
-def test_full_duplex_equals_board_master() -> None:
+def test_full_duplex_messages_write_and_read_registers() -> None:
     bench = CommBench()
     four_wire(bench)
     put(bench, LIS2MDL, 0)
@@ -270,7 +270,7 @@ def test_sixteen_bit_frame_sends_upper_byte_first() -> None:
     assert bench.read(bench.spi2, DR) & 0xFF == 0x40
 
 
-def test_lsb_first_turns_every_byte_round() -> None:
+def test_lsb_first_reverses_bits_of_every_byte() -> None:
     bench = CommBench()
     four_wire(bench, LSBFIRST)
     put(bench, LIS2MDL, 0)
@@ -278,7 +278,7 @@ def test_lsb_first_turns_every_byte_round() -> None:
 
 
 @pytest.mark.parametrize("mode", [1, 2])
-def test_part_ignores_clock_modes_1_and_2(mode: int) -> None:
+def test_sensor_ignores_clock_modes_1_and_2(mode: int) -> None:
     bench = CommBench()
     four_wire(bench)
     bench.write(bench.spi2, CR1, 0)
@@ -309,7 +309,7 @@ def test_interrupts_drive_full_duplex_message() -> None:
     assert received[1] == 0x40
 
 
-def test_dma_moves_message_both_ways() -> None:
+def test_dma_sends_and_receives_full_duplex_message() -> None:
     """HAL_SPI_TransmitReceive_DMA: DMA1 streams 3 and 4, channel 0 (RM0368 table 28)."""
     bench = CommBench()
     four_wire(bench)
@@ -340,7 +340,7 @@ def test_two_low_chip_selects_are_noted() -> None:
     assert any("PA8 and PB12" in text for text in bench.notes())
 
 
-def test_low_chip_selects_without_clock_are_silent() -> None:
+def test_low_chip_selects_without_clock_are_not_noted() -> None:
     """Firmware sets up its pins, and each output is low until firmware sets it."""
     bench = CommBench()
     for pin in (LSM6DSL, LIS2MDL, LPS22HB):
@@ -351,7 +351,7 @@ def test_low_chip_selects_without_clock_are_silent() -> None:
     assert bench.notes() == []
 
 
-def test_early_chip_select_cuts_byte() -> None:
+def test_early_rise_of_chip_select_discards_byte() -> None:
     """The firmware does not wait for BSY."""
     bench = CommBench()
     spi = three_wire(bench)
@@ -363,7 +363,7 @@ def test_early_chip_select_cuts_byte() -> None:
     assert spi.read(LIS2MDL, 0x45) == b"\0"
 
 
-def test_completed_byte_is_kept_without_polling() -> None:
+def test_completed_byte_is_accepted_without_polling() -> None:
     """The firmware counts instead of waiting for BSY, so only time passes between DR and the edge."""
     bench = CommBench()
     spi = three_wire(bench)
@@ -445,6 +445,6 @@ def test_absent_bluenrg_keeps_its_interrupt_low() -> None:
     assert [note.device for note in bench.trace.of(DeviceNote)] == ["BlueNRG"]
 
 
-def test_bidirectional_bits_are_those_of_manual() -> None:
+def test_bidirectional_bits_equal_manual() -> None:
     """20.5.1. CR1 has the values 0x831F, 0xC31F and 0xC35F on the real board."""
     assert (THREE_WIRE & BIDIMODE, THREE_WIRE | BIDIOE, THREE_WIRE | BIDIOE | SPE) == (0x8000, 0xC31F, 0xC35F)

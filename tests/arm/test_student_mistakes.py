@@ -76,7 +76,9 @@ def test_mistake_is_explained_as_in_messages(name: str, optimisation: str, folde
 @needs_compiler
 @pytest.mark.parametrize(("name", "scenario"), scenarios_for(list(VARIANTS)))
 @pytest.mark.parametrize("optimisation", OPTIMISATIONS if ALL else OPTIMISATIONS[1:])
-def test_correct_variant_is_not_reported(name: str, optimisation: str, scenario: str, folder: Path) -> None:
+def test_correct_variant_gets_no_explanation(
+    name: str, optimisation: str, scenario: str, folder: Path
+) -> None:
     program = VARIANTS[name]
 
     assert explanations(program, build(program, optimisation, folder), LONGEST_S, scenario) == []
@@ -85,7 +87,7 @@ def test_correct_variant_is_not_reported(name: str, optimisation: str, scenario:
 @pytest.mark.parametrize(
     ("name", "scenario"), scenarios_for(["solution", "template-arm", "lab3", "template", *VENDOR])
 )
-def test_shipped_and_vendor_programs_are_not_reported(name: str, scenario: str) -> None:
+def test_shipped_and_vendor_programs_get_no_explanation(name: str, scenario: str) -> None:
     firmware = file(name) if name in VENDOR else name
     board = Board(firmware, wiring="fcu001v1" if name == "flight" else None, scenario=scenario)
     recorder = TruthRecorder(board)
@@ -97,7 +99,7 @@ def test_shipped_and_vendor_programs_are_not_reported(name: str, scenario: str) 
 @needs_compiler
 @pytest.mark.parametrize("done", [3, 4, 5] if ALL else [3])
 @pytest.mark.parametrize("run", ["heading", "sensors", "stairs", "steep_x", "steep_y", "tilt"])
-def test_done_exercise_has_no_wrong_numbers(run: str, done: int, folder: Path) -> None:
+def test_completed_exercises_have_no_wrong_numbers(run: str, done: int, folder: Path) -> None:
     """The motions are those of the rubric, so that the lines of a block are printed at different attitudes."""
     scenario = load_rubric("lab3").scenario(run, 0)
     board = Board(str(staged(done, folder)), scenario=scenario, seed=0)
@@ -107,7 +109,7 @@ def test_done_exercise_has_no_wrong_numbers(run: str, done: int, folder: Path) -
     assert [str(one) for one in explain(board, recorder) if one.kind == "numbers"] == []
 
 
-def test_messages_show_all_mistakes() -> None:
+def test_message_page_shows_all_mistakes() -> None:
     shown = {name.removesuffix("_O0") for name in student_programs.examples()}
 
     assert shown == set(MISTAKES)
@@ -125,7 +127,7 @@ def test_guide_lists_message_of_each_mistake() -> None:
     assert [line for line in first_lines if f"| `{line}` |" not in guide] == []
 
 
-def test_whole_messages_in_guide_are_known() -> None:
+def test_whole_messages_in_guide_are_current() -> None:
     guide = student_programs.GUIDE.read_text(encoding="utf-8")
     shown = re.findall(
         r"^The whole message for [^\n]*:\n\n```text\n(.*?)\n```$", guide, re.DOTALL | re.MULTILINE
@@ -136,7 +138,7 @@ def test_whole_messages_in_guide_are_known() -> None:
 
 
 @needs_compiler
-def test_replay_accepts_solution_in_double(folder: Path) -> None:
+def test_replay_accepts_solution_in_double_precision(folder: Path) -> None:
     """The program computes each angle at each sample and only in double; the lab's firmware stores floats."""
     every_sample = [change for change in VARIANTS["double"].change if "eCompass" not in change.old]
     program = replace(VARIANTS["double"], change=tuple(every_sample))

@@ -44,11 +44,11 @@ def test_address_is_found_in_function_with_offset() -> None:
 
 
 @pytest.mark.parametrize("address", [0, FLASH, RESET - 2, MAIN + 0x10, RAM, 0xFFFF_FFFE])
-def test_address_outside_of_every_function_has_none(address: int) -> None:
+def test_address_outside_every_function_has_no_function(address: int) -> None:
     assert loaded(*debug_sections()).function_at(address) is None
 
 
-def test_function_without_size_reaches_next() -> None:
+def test_function_without_size_extends_to_next_function() -> None:
     """Hand-written assembly often has no .size. The last function reaches to the end of flash."""
     program = named(("first", RESET | 1, 0, GLOBAL_FUNC), ("last", MAIN | 1, 0, GLOBAL_FUNC))
 
@@ -57,7 +57,7 @@ def test_function_without_size_reaches_next() -> None:
     assert program.function_at(0x0804_0000) is None
 
 
-def test_weak_alias_is_not_chosen() -> None:
+def test_label_is_preferred_to_weak_alias() -> None:
     """ST's start-up files: Default_Handler is a label with a size, the handlers are its weak aliases."""
     program = named(
         ("ADC_IRQHandler", RESET | 1, 2, WEAK_FUNC),
@@ -89,7 +89,7 @@ def test_mapping_symbols_are_not_names() -> None:
 
 
 @pytest.mark.parametrize("version", [4, 5])
-def test_both_versions_of_debug_information_say_same(version: int) -> None:
+def test_both_versions_of_debug_information_are_read(version: int) -> None:
     program = loaded(*debug_sections(version))
 
     assert str(program.line_at(RESET)) == "main.c:3"
@@ -106,7 +106,7 @@ def test_variable_is_found_by_any_byte() -> None:
     assert program.object_at(MAIN) is None
 
 
-def test_structure_is_object_with_its_members() -> None:
+def test_structure_becomes_object_with_its_members() -> None:
     acc = loaded(*debug_sections()).read_variable("acc", memory)
 
     assert (acc.X, acc.F) == (-44, 1.5)
@@ -137,7 +137,7 @@ def test_global_name_hides_statics() -> None:
     assert program.address_of("lit") == ACC
 
 
-def test_non_variable_is_key_error(words: Words) -> None:
+def test_name_that_is_not_variable_raises_key_error(words: Words) -> None:
     program = loaded(*debug_sections())
 
     with pytest.raises(SymbolError, match="'nothing'"):
@@ -170,7 +170,7 @@ def test_variable_outside_memories_is_not_read() -> None:
 # lines by hand
 
 
-def test_line_reaches_next_row_or_sequence_end() -> None:
+def test_line_extends_to_next_row_or_sequence_end() -> None:
     """Rows: line 3 at the first byte, line 4 from byte 4 on, end behind byte 20 (elf_builder)."""
     program = loaded(*debug_sections())
 
@@ -211,7 +211,7 @@ def v5_names(folders: tuple[bytes, ...], *files: tuple[bytes, int]) -> bytes:
         (b"main.c", 9, "main.c", "main.c:3"),
     ],
 )
-def test_paths_of_version_5_are_put_together(name: bytes, folder: int, path: str, short: str) -> None:
+def test_paths_of_version_5_are_joined(name: bytes, folder: int, path: str, short: str) -> None:
     names = v5_names((b"/home/me/lab3", b"Core/Src", b"/opt"), (b"first.c", 0), (name, folder))
     program = replaced(
         ".debug_line", line_program(set_address(RESET) + b"\x14\x02\x10" + END_SEQUENCE, names, 5)
@@ -223,7 +223,7 @@ def test_paths_of_version_5_are_put_together(name: bytes, folder: int, path: str
 
 
 @pytest.mark.parametrize("version", [2, 3, 4])
-def test_older_versions_are_read(version: int) -> None:
+def test_older_dwarf_versions_are_read(version: int) -> None:
     data = line_program(set_address(RESET) + b"\x14\x02\x10" + END_SEQUENCE, b"\0m.c\0\0\0\0\0", version)
 
     assert str(replaced(".debug_line", data).line_at(RESET)) == "m.c:3"

@@ -25,7 +25,7 @@ from tests.support.words import Words
 
 
 @pytest.mark.parametrize("name", [".debug_info", ".debug_line", ".debug_abbrev"])
-def test_packed_sections_are_unpacked(name: str) -> None:
+def test_compressed_sections_are_decompressed(name: str) -> None:
     """ELF generic ABI, "Section Compression": SHF_COMPRESSED, type 1 (zlib), size, alignment."""
     data = contents(name)
     header = struct.pack("<3I", 1, len(data), 1)
@@ -55,7 +55,7 @@ BOMB = zlib.compress(bytes(80 << 20), 1)
         b"\1\0",  # no whole header
     ],
 )
-def test_packing_cannot_exhaust_memory(packed: bytes, words: Words) -> None:
+def test_compressed_section_cannot_exhaust_memory(packed: bytes, words: Words) -> None:
     program = replaced(".debug_line", packed, flags=0x800)
 
     assert program.line_at(RESET) is None
@@ -113,7 +113,7 @@ def test_damaged_debug_information_is_noted(name: str, data: bytes, words: Words
     words("firmware_file", note)
 
 
-def test_line_range_of_zero_is_damage(words: Words) -> None:
+def test_line_range_of_zero_is_noted_as_damage(words: Words) -> None:
     data = contents(".debug_line").replace(b"\xfb\x0e\x0d", b"\xfb\x00\x0d")
 
     program = replaced(".debug_line", data)
@@ -175,7 +175,7 @@ def test_endlessly_nested_types_are_refused(words: Words) -> None:
     words("firmware_file", caught.value.args[0])
 
 
-def test_endless_string_table_cuts_name() -> None:
+def test_too_long_name_is_cut() -> None:
     table, strings = symbols(("a" * 100_000, MAIN | 1, 4, GLOBAL_FUNC))
     program = loaded(table, strings._replace(data=strings.data[:-1]))
 

@@ -77,7 +77,7 @@ def _rows() -> list[tuple[int, tuple[str, int]]]:
     return list(rows.items())
 
 
-def test_variables_of_solution_have_labs_types() -> None:
+def test_variables_of_solution_have_types_of_lab() -> None:
     """Vectors are int32, pressure, angles and altitude float32."""
     axes, number = struct.pack("<3i", 44, 23, -1008), struct.pack("<f", 977.400024)
     values = {
@@ -91,7 +91,7 @@ def test_variables_of_solution_have_labs_types() -> None:
         assert f"{values[name]:f}" == "977.400024"
 
 
-def test_repeated_variable_read_costs_no_work() -> None:
+def test_repeated_variable_read_uses_no_budget() -> None:
     """A scenario may read a variable a million times. The budget is for reading the file, not for the run."""
     program = loaded(*debug_sections())
     program.read_variable("acc", memory)

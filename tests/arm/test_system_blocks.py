@@ -39,7 +39,7 @@ def blocks(chip: Chip) -> SystemPeripherals:
 # -- the map ------------------------------------------------------------------------------------------------
 
 
-def test_no_two_blocks_overlap(blocks: SystemPeripherals) -> None:
+def test_peripherals_do_not_overlap(blocks: SystemPeripherals) -> None:
     """RM0368 table 1."""
     places = sorted((block.base, block.base + block.size, block.name) for block in blocks)
     assert all(end <= begin for (_, end, _), (begin, _, _) in pairwise(places))
@@ -52,7 +52,7 @@ def test_every_register_has_name_and_reset_value(blocks: SystemPeripherals) -> N
         assert (block.name, missing) == (block.name, [])
 
 
-def test_reset_restores_every_block(blocks: SystemPeripherals) -> None:
+def test_reset_restores_every_peripheral(blocks: SystemPeripherals) -> None:
     """The RTC and the reset flags of RCC, which RMVF clears, are not restored."""
     before = {block.name: dict(block.registers) for block in blocks}
     for block in blocks:
@@ -65,7 +65,7 @@ def test_reset_restores_every_block(blocks: SystemPeripherals) -> None:
 
 
 @pytest.mark.parametrize("name", NOT_MODELLED)
-def test_unmodelled_block_is_noted_once(chip: Chip, blocks: SystemPeripherals, name: str) -> None:
+def test_unmodelled_peripheral_is_noted_once(chip: Chip, blocks: SystemPeripherals, name: str) -> None:
     block = next(one for one in blocks.named if one.name == name)
     assert [block.read(0), block.read(4)] == [0, 0]
     block.write(0, 1)
@@ -101,14 +101,16 @@ def test_usb_without_cable_has_no_session(blocks: SystemPeripherals) -> None:
 # -- flash --------------------------------------------------------------------------------------------------
 
 
-def test_latency_reads_back_after_byte_write(blocks: SystemPeripherals) -> None:
+def test_byte_write_of_latency_keeps_other_bits(blocks: SystemPeripherals) -> None:
     """ST's firmware: ACR 0x700, then a byte write of 2."""
     blocks.flash.write(ACR, 0x700)
     blocks.flash.write(ACR, 0x02, 0xFF)
     assert blocks.flash.read(ACR) == 0x702
 
 
-def test_lasting_lack_of_wait_states_is_noted(chip: Chip, blocks: SystemPeripherals, words: Words) -> None:
+def test_lasting_lack_of_flash_wait_states_is_noted(
+    chip: Chip, blocks: SystemPeripherals, words: Words
+) -> None:
     """RM0368 table 5: 84 MHz needs 2 wait states at 2.7 to 3.6 V."""
     blocks.pwr.write(0, 0)
     rcc = blocks.rcc
@@ -161,7 +163,7 @@ PG, SER, MER, X32, STRT, EOPIE, ERRIE = 1 << 0, 1 << 1, 1 << 2, 2 << 8, 1 << 16,
 EOP, OPERR, PGPERR, PGSERR, BSY = 1 << 0, 1 << 1, 1 << 6, 1 << 7, 1 << 16  # SR
 
 
-def test_flash_programs_zeros_only(chip: Chip, blocks: SystemPeripherals, memory: bytearray) -> None:
+def test_flash_programming_only_clears_bits(chip: Chip, blocks: SystemPeripherals, memory: bytearray) -> None:
     """RM0368 3.6.3: bits change only from 1 to 0; datasheet: 16 us for a word."""
     flash = blocks.flash
     memory[0x8000:0x8004] = b"\xff\x0f\xff\xff"
@@ -180,7 +182,7 @@ def test_flash_programs_zeros_only(chip: Chip, blocks: SystemPeripherals, memory
     ("control", "size", "errors"),
     [(0, 1, PGSERR), (0, 4, PGSERR | PGPERR), (PG, 4, PGPERR), (PG | X32, 1, PGPERR), (X32, 4, PGSERR)],
 )
-def test_flash_refuses_store(
+def test_flash_refuses_store_without_valid_control_bits(
     chip: Chip, blocks: SystemPeripherals, memory: bytearray, control: int, size: int, errors: int
 ) -> None:
     """RM0368 3.8.4: PGSERR, PGPERR; OPERR "only if error interrupts are enabled"."""
@@ -209,7 +211,7 @@ def test_flash_refuses_store(
         (MER | X32, 0, 0x4_0000, 2000),
     ],
 )
-def test_flash_erases_sectors(
+def test_flash_erases_selected_sectors(
     chip: Chip,
     blocks: SystemPeripherals,
     memory: bytearray,
@@ -242,8 +244,8 @@ def test_flash_erases_nothing_without_selection(
 # -- power, CRC, identity -----------------------------------------------------------------------------------
 
 
-def test_power_control_flags_and_low_power_note(chip: Chip, blocks: SystemPeripherals) -> None:
-    """RM0368 5.4.1: CWUF and CSBF read 0, and VOSRDY is set. Low-power modes are noted."""
+def test_power_control_has_flags_and_notes_low_power(chip: Chip, blocks: SystemPeripherals) -> None:
+    """RM0368 5.4.1: CWUF and CSBF are read as 0, and VOSRDY is set. Low-power modes are noted."""
     blocks.pwr.write(0, 0x8100 | 0xC)
     assert blocks.pwr.read(0) == 0x8100
     assert blocks.pwr.read(4) == 1 << 14
@@ -253,7 +255,7 @@ def test_power_control_flags_and_low_power_note(chip: Chip, blocks: SystemPeriph
 
 
 @given(st.lists(st.integers(0, 0xFFFF_FFFF), max_size=8))
-def test_crc_is_ethernet_polynomial_without_reflection(words: list[int]) -> None:
+def test_crc_uses_ethernet_polynomial_without_reflection(words: list[int]) -> None:
     """RM0368 4.2. The standard library's CRC-32 is reflected and inverted."""
     crc = NativeChip()["CRC"]
     crc.write(0x08, 1)
@@ -264,7 +266,7 @@ def test_crc_is_ethernet_polynomial_without_reflection(words: list[int]) -> None
     assert crc.read(0x00) == expected
 
 
-def test_crc_reset_and_its_byte_of_storage() -> None:
+def test_reset_bit_of_crc_keeps_stored_byte() -> None:
     crc = NativeChip()["CRC"]
     crc.write(0x00, 1)
     crc.write(0x04, 0x1AB)
@@ -301,7 +303,7 @@ def start_rtc(chip: Chip, blocks: SystemPeripherals, time: int, date: int) -> No
         rtc.write(offset, value)
 
 
-def test_calendar_runs(chip: Chip, blocks: SystemPeripherals) -> None:
+def test_calendar_advances_to_leap_day(chip: Chip, blocks: SystemPeripherals) -> None:
     """RM0368 17.3: Wednesday, 28 February 2024, 23:59:58 is followed by the 29th."""
     start_rtc(chip, blocks, 0x23_5958, 0x24_6228)
     rtc = blocks.rtc
@@ -317,7 +319,7 @@ def test_calendar_runs(chip: Chip, blocks: SystemPeripherals) -> None:
     st.datetimes(datetime(2000, 1, 1), datetime(2099, 12, 31)).map(lambda day: day.replace(tzinfo=UTC)),
     st.integers(0, 10**6),
 )
-def test_calendar_agrees_with_standard_librarys(start: datetime, seconds: int) -> None:
+def test_calendar_agrees_with_standard_library(start: datetime, seconds: int) -> None:
     chip = Chip()
     blocks = SystemPeripherals(chip.soc)
     start = start.replace(microsecond=0)
@@ -333,7 +335,7 @@ def test_calendar_agrees_with_standard_librarys(start: datetime, seconds: int) -
 
 
 @given(st.integers(0, 10**13), st.sampled_from([RTC_TR, RTC_DR, RTC_SSR]))
-def test_rtc_read_is_valid_until_next_change(wait_ps: int, offset: int) -> None:
+def test_rtc_register_is_constant_until_stated_time(wait_ps: int, offset: int) -> None:
     chip = Chip()
     blocks = SystemPeripherals(chip.soc)
     start_rtc(chip, blocks, 0x23_5958, 0x24_6228)
@@ -345,7 +347,7 @@ def test_rtc_read_is_valid_until_next_change(wait_ps: int, offset: int) -> None:
     assert offset == RTC_DR or blocks.rtc.read(offset) != value
 
 
-def test_rtc_is_protected(chip: Chip, blocks: SystemPeripherals) -> None:
+def test_rtc_registers_are_protected_by_keys(chip: Chip, blocks: SystemPeripherals) -> None:
     """RM0368 17.3.5: DBP, then the keys; backup registers need DBP only."""
     rtc = blocks.rtc
     rtc.write(BKP0R, 5)

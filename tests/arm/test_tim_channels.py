@@ -102,7 +102,7 @@ def test_centre_aligned_pwm_has_half_frequency(chip: NativeChip) -> None:
     assert tim.pwm(1) == Pwm(420_000.0, 0.25)
 
 
-def test_no_pwm_without_enable_counter_or_main_output(chip: NativeChip) -> None:
+def test_pwm_needs_channel_counter_and_main_output_enabled(chip: NativeChip) -> None:
     """RM0368 12.4.18: TIM1 needs MOE."""
     assert timer(chip, "TIM3", ARR=99, CCMR1=0x60, CCR1=5, CR1=1).pwm(1) is None
     assert timer(chip, "TIM4", ARR=99, CCMR1=0x60, CCR1=5, CCER=1).pwm(1) is None
@@ -124,7 +124,7 @@ def test_compare_interrupt_comes_at_its_count(chip: NativeChip) -> None:
         tim.write(SR, ~CC1IF)
 
 
-def test_compare_value_of_0_matches_once_cycle(chip: NativeChip) -> None:
+def test_compare_value_of_0_matches_once_per_cycle(chip: NativeChip) -> None:
     """RM0368 13.4.5, CC1IF: it is set when the counter reaches 0, which is each overflow of ARR = 49."""
     tim = timer(chip, "TIM3", PSC=83, ARR=49, EGR=1, SR=0, CCMR1=0x60, CCER=1, DIER=CC1IF, CR1=1)
     while chip.next_ps <= 150 * PS_PER_US:
@@ -134,7 +134,7 @@ def test_compare_value_of_0_matches_once_cycle(chip: NativeChip) -> None:
 
 
 @pytest.mark.parametrize(("cms", "counts"), [(1, [90]), (2, [10]), (3, [10, 90])])
-def test_centre_aligned_flags_rise_in_selected_half(chip: NativeChip, cms: int, counts: list[int]) -> None:
+def test_centre_aligned_flags_are_set_in_selected_half(chip: NativeChip, cms: int, counts: list[int]) -> None:
     """RM0368 12.4.1, CMS: 1 for counting down, 2 for counting up, 3 for both."""
     tim = timer(chip, "TIM3", PSC=83, ARR=50, EGR=1, SR=0, CCR1=10, DIER=CC1IF, CR1=cms << 5 | 1)
     while chip.next_ps <= 100 * PS_PER_US:
@@ -143,7 +143,7 @@ def test_centre_aligned_flags_rise_in_selected_half(chip: NativeChip, cms: int, 
     assert [at_ps // PS_PER_US for at_ps, _ in chip.irq.rises] == counts
 
 
-def test_receivers_pulse_is_measured(chip: NativeChip) -> None:
+def test_pulse_of_rc_receiver_is_measured(chip: NativeChip) -> None:
     """ST's firmware: TIM2 at 4 MHz captures both edges of the RC receiver on PA0."""
     tim = timer(chip, "TIM2", PSC=20, EGR=1, SR=0, CCMR1=0x0101, CCER=0xBB, DIER=CC1IF, CR1=1)
     port = chip["GPIOA"]
@@ -188,7 +188,7 @@ def test_channel_captures_neighbour_input_with_prescaler(chip: NativeChip) -> No
     assert tim.read(SR) == CC2IF
 
 
-def test_debugger_does_not_take_capture(chip: NativeChip) -> None:
+def test_debugger_read_does_not_clear_capture_flag(chip: NativeChip) -> None:
     tim = timer(chip, "TIM2", CCMR1=1, CCER=1, CNT=77, EGR=CC1IF)
     assert tim.peek(CCR1) == 77
     assert tim.read(SR) & CC1IF
@@ -224,7 +224,7 @@ def test_tim5_measures_lsi(chip: NativeChip, ccmr2: int, edges: int) -> None:
     assert gaps == {2625 * edges}
 
 
-def test_polled_lsi_edge_comes_at_its_time(chip: NativeChip) -> None:
+def test_edge_of_polled_lsi_has_exact_time(chip: NativeChip) -> None:
     tim = lsi_timer(chip, 0x0100)
     chip.clocks.set(lsi_hz=32_000)
     value, until_ps = tim.read_with_validity(SR)

@@ -30,12 +30,12 @@ class Tick:
 
 
 @pytest.mark.parametrize(("psc", "arr", "rate_hz"), [(83, 1249, 800.0), (51, 1999, 807.692)])
-def test_labs_rates(psc: int, arr: int, rate_hz: float) -> None:
+def test_timer_has_rates_of_lab(psc: int, arr: int, rate_hz: float) -> None:
     """The rates are 84 MHz / 84 / 1250, and in ST's firmware 84 MHz / 52 / 2000."""
     assert Tick(psc, arr).tim.rate_hz == pytest.approx(rate_hz, abs=1e-3)
 
 
-def test_first_interrupt_comes_at_once() -> None:
+def test_first_interrupt_comes_immediately() -> None:
     """ST's firmware: UG sets UIF and HAL_TIM_Base_Start_IT does not clear it."""
     tick = Tick()
     assert tick.chip.irq.rises == [(0, TIM9_IRQ)]
@@ -77,7 +77,7 @@ def test_prompt_handler_is_not_late() -> None:
     assert tick.tim.late == 0
 
 
-def test_ticks_that_find_flag_set_are_lost() -> None:
+def test_ticks_while_flag_is_set_are_lost() -> None:
     """The board must show an overrun. With a period of 1.25 ms and a handler after 4 ms, 3 ticks are lost."""
     tick = Tick()
     tick.chip.run_to(4 * PS_PER_MS)
@@ -88,7 +88,7 @@ def test_ticks_that_find_flag_set_are_lost() -> None:
     assert tick.chip.irq.rises[-1] == (5 * PS_PER_MS, TIM9_IRQ)
 
 
-def test_handler_that_never_comes_costs_no_events() -> None:
+def test_timer_without_handler_causes_no_events() -> None:
     tick = Tick(psc=0, arr=9)
     tick.chip.run_to(PS_PER_MS)
     assert tick.chip.next_ps == NEVER_PS
@@ -115,7 +115,7 @@ def test_free_running_timer_counts_without_events() -> None:
     assert tim2.read(CNT) == 4_000_000
 
 
-def test_flag_poll_can_be_skipped() -> None:
+def test_polling_of_flag_can_be_skipped() -> None:
     tick = Tick(start=False)
     for offset, value in ((ARR, 1249), (PSC, 83), (EGR, UG), (SR, 0), (CR1, 1)):
         tick.tim.write(offset, value)
@@ -129,7 +129,7 @@ def test_flag_poll_can_be_skipped() -> None:
     assert tick.chip.clock.now_ps == PS_PER_S // 800
 
 
-def test_another_clock_keeps_count() -> None:
+def test_change_of_clock_keeps_count() -> None:
     """After the change from 16 to 84 MHz, the counter continues at its value."""
     tick = Tick(start=False)
     tick.chip.clocks.set(timer1_hz=16_000_000)
@@ -155,7 +155,7 @@ def test_another_clock_keeps_count() -> None:
         ("TIM11", 26),
     ],
 )
-def test_update_interrupt_numbers(name: str, number: int) -> None:
+def test_update_interrupts_have_numbers_of_manual(name: str, number: int) -> None:
     """RM0368 table 38."""
     tick = Tick(start=False)
     tick.chip.timer(name).write(EGR, UG)
@@ -163,7 +163,7 @@ def test_update_interrupt_numbers(name: str, number: int) -> None:
     assert tick.chip.irq.rises == [(0, number)]
 
 
-def test_two_timers_share_number() -> None:
+def test_interrupt_of_two_timers_lasts_until_both_served() -> None:
     """TIM1_UP and TIM10 both have number 25. The line is active until both are served."""
     tick = Tick(start=False)
     for name in ("TIM1", "TIM10"):
@@ -175,7 +175,7 @@ def test_two_timers_share_number() -> None:
     assert not tick.chip.irq.level(25)
 
 
-def test_one_pulse_stops_after_one_update() -> None:
+def test_one_pulse_mode_stops_after_one_update() -> None:
     """RM0368 12.3.10."""
     tick = Tick(start=False)
     for offset, value in ((ARR, 99), (PSC, 83), (EGR, UG), (SR, 0), (DIER, 1), (CR1, 9)):
@@ -186,7 +186,7 @@ def test_one_pulse_stops_after_one_update() -> None:
     assert tick.tim.read(CNT) == 0
 
 
-def test_update_requests_go_to_dma() -> None:
+def test_dma_transfers_item_at_each_timer_update() -> None:
     """RM0368 table 28: TIM4_UP is channel 2 of DMA1 stream 6. Here it writes a new ARR at each update."""
     tick = Tick(start=False)
     tim4, dma = tick.chip.timer("TIM4"), tick.chip["DMA1"]
@@ -204,7 +204,7 @@ def test_update_requests_go_to_dma() -> None:
     assert tick.chip.irq.rises == [(3 * PS_PER_US, 17)]
 
 
-def test_reset_stops_and_lowers_interrupt() -> None:
+def test_reset_stops_timer_and_lowers_interrupt() -> None:
     tick = Tick()
     tick.tim.reset()
     assert not tick.chip.irq.level(TIM9_IRQ)

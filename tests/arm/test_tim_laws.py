@@ -112,7 +112,7 @@ def test_counting_down_equals_oracle(steps: list[tuple[str, int]]) -> None:
 @settings(max_examples=150)
 @given(STEPS)
 def test_counting_up_and_down_equals_oracle(steps: list[tuple[str, int]]) -> None:
-    """CNT is not written, and ARR changes only at an update. The manual does not describe other cases."""
+    """The test does not write CNT, and changes ARR only at an update. The manual does not describe other cases."""
     pair = Pair("centre")
     pair.do("arpe", 1)
     for name, value in [*steps, ("look", 0)]:

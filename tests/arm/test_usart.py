@@ -28,7 +28,7 @@ delays = st.lists(st.sampled_from([0, 0, 20 * PS_PER_US, 200 * PS_PER_US]), max_
 
 
 class Bench(FakeProcessor):
-    """USART1 with a terminal. Each access takes ``ACCESS_PS``, and before it one of ``delays``."""
+    """USART1 with a terminal. Before each access, one of ``delays`` passes. The access takes ``ACCESS_PS``."""
 
     def __init__(self, delays: Iterable[int] = ()) -> None:
         chip = NativeChip()
@@ -66,7 +66,7 @@ def send(bench: Bench, value: int) -> None:
 
 
 def frame_ps(bench: Bench) -> int:
-    """Return the time of a frame on the idle line: TXE is set at once, TC at its end."""
+    """Return the duration of a frame on the idle line: TXE is set immediately, TC at the end of the frame."""
     send(bench, 0x55)
     return bench.usart1.next_change_ps() - bench.clock.now_ps
 
@@ -80,7 +80,7 @@ def transmit(bench: Bench, data: bytes) -> None:
 
 @settings(max_examples=40, deadline=None)
 @given(st.binary(min_size=1, max_size=30), delays)
-def test_polled_transmit_delivers_every_byte_in_order(data: bytes, delays: list[int]) -> None:
+def test_polled_transmission_delivers_every_byte_in_order(data: bytes, delays: list[int]) -> None:
     bench = started(delays)
     transmit(bench, data)
     assert bench.text == data.decode("latin-1")
@@ -96,8 +96,8 @@ def test_frames_follow_without_gap_or_drift() -> None:
     assert done_ps <= bench.clock.now_ps < done_ps + 2 * ACCESS_PS
 
 
-def test_flags_before_during_and_after_two_bytes() -> None:
-    """19.3.2: TXE with the byte in the shift register, TC with the line idle."""
+def test_transmission_of_two_bytes_sets_flags_in_order() -> None:
+    """19.3.2: TXE is set when the byte moves to the shift register, TC when the line is idle."""
     bench = started()
     assert bench.read(bench.usart1, SR) & (TXE | TC) == TXE | TC
     bench.write(bench.usart1, DR, 0x41)
@@ -141,7 +141,7 @@ def test_polled_sending_schedules_no_event() -> None:
 
 @settings(max_examples=30, deadline=None)
 @given(st.binary(min_size=1, max_size=30))
-def test_interrupt_driven_transmit(data: bytes) -> None:
+def test_interrupt_driven_transmission_sends_all_bytes(data: bytes) -> None:
     """HAL_UART_Transmit_IT: TXEIE for each byte, then TCIE."""
     bench = started()
     left, done = list(data), list[int]()
@@ -163,7 +163,7 @@ def test_interrupt_driven_transmit(data: bytes) -> None:
     assert not bench.irq.level(USART1_IRQ)
 
 
-def test_transmit_interrupts_come_with_flags() -> None:
+def test_transmission_interrupts_come_with_flags() -> None:
     bench = started()
     send(bench, 1)
     start_ps = bench.clock.now_ps
@@ -179,7 +179,7 @@ def test_transmit_interrupts_come_with_flags() -> None:
     assert times == [start_ps + int(FRAME_PS), last_ps + int(FRAME_PS)]
 
 
-def test_transmit_by_dma() -> None:
+def test_dma_transmission_sends_all_bytes() -> None:
     """HAL_UART_Transmit_DMA: DMA2 stream 7 channel 4 (RM0368 table 29)."""
     bench = started()
     text = b"Pitch: 0.000000 deg"
@@ -231,7 +231,7 @@ def test_baud_rate_follows_peripheral_clock() -> None:
     assert frame_ps(bench) == 10 * 729 * PS_PER_S // 16_000_000
 
 
-def test_two_stop_bits_are_longer_and_not_8n1() -> None:
+def test_two_stop_bits_lengthen_frame_and_are_noted() -> None:
     bench = started()
     bench.write(bench.usart1, CR2, 2 << 12)
     assert frame_ps(bench) == 11 * 729 * PS_PER_S // 84_000_000
@@ -245,7 +245,7 @@ def test_zero_baud_rate_never_sends() -> None:
     assert not bench.read(bench.usart1, SR) & TC
 
 
-def test_missing_kernel_clock_sends_nothing() -> None:
+def test_transmitter_without_clock_sends_nothing() -> None:
     bench = started()
     bench.clocks.set(pclk2_hz=0)
     send(bench, 1)
@@ -265,7 +265,7 @@ def test_long_text_without_pause_arrives_whole() -> None:
 # -- what firmware forgets ------------------------------------------------------------------------------
 
 
-def test_byte_written_before_te_waits() -> None:
+def test_byte_written_before_te_is_sent_after_te() -> None:
     bench = Bench()
     bench.write(bench.usart1, BRR, 0x2D9)
     bench.write(bench.usart1, DR, 0x41)
@@ -277,7 +277,7 @@ def test_byte_written_before_te_waits() -> None:
     assert bench.text == "A"
 
 
-def test_writing_without_waiting_loses_byte_that_waited() -> None:
+def test_writing_to_full_dr_loses_waiting_byte() -> None:
     bench = started()
     for value in b"abc":
         bench.write(bench.usart1, DR, value)
@@ -301,7 +301,7 @@ def test_unconnected_pin_sends_nothing() -> None:
 # -- receiver -------------------------------------------------------------------------------------------
 
 
-def test_typed_bytes_are_received_polled() -> None:
+def test_polling_receives_typed_bytes() -> None:
     bench = started()
     bench.uart.type(b"hello")
     received = bytearray()
@@ -325,7 +325,7 @@ def test_debugger_peek_keeps_unread_byte() -> None:
         assert bench.usart1.peek(DR) == value
 
 
-def test_unread_byte_is_kept_and_next_lost() -> None:
+def test_unread_byte_is_kept_and_next_is_lost() -> None:
     """19.3.3, overrun: DR keeps the old byte. Reading SR, then DR, clears ORE."""
     bench = started()
     bench.uart.type(b"xyz")
@@ -336,7 +336,7 @@ def test_unread_byte_is_kept_and_next_lost() -> None:
     assert bench.uart.rx_lost == 2
 
 
-def test_rxne_write_of_zero_drops_only_byte() -> None:
+def test_writing_zero_to_rxne_drops_only_byte() -> None:
     """19.6.1: rc_w0; ORE and IDLE are read-only."""
     bench = started()
     bench.uart.type(b"xy")
@@ -351,7 +351,7 @@ def test_rxne_write_of_zero_drops_only_byte() -> None:
     assert bench.read(bench.usart1, DR) != ord("x")
 
 
-def test_receiver_that_is_off_hears_nothing() -> None:
+def test_disabled_receiver_receives_nothing() -> None:
     bench = started()
     bench.modify(bench.usart1, CR1, clear=RE)
     bench.uart.type(b"x")
@@ -372,7 +372,7 @@ def test_bytes_before_rate_is_set_are_lost() -> None:
     assert bench.uart.rx_lost == 0
 
 
-def test_receive_interrupt_takes_every_byte() -> None:
+def test_interrupt_driven_reception_reads_every_byte() -> None:
     bench = started()
     bench.modify(bench.usart1, CR1, set_bits=RXNEIE)
     received = bytearray()

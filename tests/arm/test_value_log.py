@@ -85,7 +85,7 @@ def test_loops_do_not_fill_log() -> None:
         assert np.unique(log.take()["address"], return_counts=True)[1].max() <= 100
 
 
-def test_ended_log_takes_nothing() -> None:
+def test_closed_log_records_nothing() -> None:
     board = Board("solution", ideal=True)
     board.run_for(1.5)
     assert board.chip is not None

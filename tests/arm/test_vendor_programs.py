@@ -37,7 +37,7 @@ def rebuilt(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @needs_compiler
 @pytest.mark.parametrize("name", PROGRAMS)
-def test_kept_file_equals_fresh_build(name: str, rebuilt: Path) -> None:
+def test_stored_file_equals_fresh_build(name: str, rebuilt: Path) -> None:
     built, kept = rebuilt / f"{name}.elf", file(name)
     if compiler_of(built) != compiler_of(kept):
         pytest.skip(f"another compiler: {compiler_of(built)}, not {compiler_of(kept)}")
@@ -45,7 +45,7 @@ def test_kept_file_equals_fresh_build(name: str, rebuilt: Path) -> None:
     assert built.read_bytes() == kept.read_bytes()
 
 
-def test_every_program_has_its_file() -> None:
+def test_every_program_has_stored_file() -> None:
     makefile = (VENDOR / "Makefile").read_text()
     named = re.findall(r"^(?:LAB|PROGRAMS) := (.*)$", makefile, re.MULTILINE)
 
@@ -75,7 +75,7 @@ def test_typed_text_is_echoed(way: str, back: str) -> None:
     assert ", 0 errors" in one.terminal.text
 
 
-def test_flight_controller_keeps_its_motors_level() -> None:
+def test_flight_controller_sets_expected_motor_outputs() -> None:
     one = board("flight", "fcu001v1")
     one.run_for(1.09)
 

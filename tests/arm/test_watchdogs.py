@@ -26,7 +26,7 @@ def wwdg(chip: Chip) -> Wwdg:
 
 
 @given(st.integers(0, 7), st.integers(0, 0xFFF))
-def test_time_out(prescaler: int, reload: int) -> None:
+def test_iwdg_resets_after_timeout_of_manual(prescaler: int, reload: int) -> None:
     """RM0368 table of IWDG time-outs: (RLR + 1) * 4 * 2^PR / 32 kHz, with a divider of 4 to 256."""
     chip = Chip()
     dog = iwdg(chip)
@@ -39,7 +39,7 @@ def test_time_out(prescaler: int, reload: int) -> None:
     assert chip.resets == [(timeout_ps, "IWDG")]
 
 
-def test_shortest_and_longest_time_out() -> None:
+def test_shortest_and_longest_timeout_equal_manual() -> None:
     """RM0368 table 62: 125 us and 32.768 s."""
     for prescaler, reload, timeout_ps in ((0, 0, PS_PER_MS // 8), (6, 0xFFF, 32_768 * PS_PER_MS)):
         chip = Chip()
@@ -66,8 +66,8 @@ def test_reload_in_time_prevents_reset(waits_ms: list[int]) -> None:
 
 
 @given(st.integers(0, 6), st.integers(0, 300), st.integers(0, 10**12))
-def test_reload_within_count_changes_nothing(prescaler: int, reload: int, wait_ps: int) -> None:
-    """The prescaler continues, so that all reloads before its next count have the same time-out."""
+def test_second_reload_within_count_changes_nothing(prescaler: int, reload: int, wait_ps: int) -> None:
+    """A reload does not reset the prescaler. So all reloads before its next count have the same time-out."""
     resets = []
     for again in (False, True):
         chip = Chip()
@@ -103,7 +103,7 @@ def test_unstarted_watchdog_never_resets() -> None:
     assert chip.clock.next_ps == NEVER_PS
 
 
-def test_settings_are_protected() -> None:
+def test_iwdg_settings_are_protected_by_key() -> None:
     """RM0368 15.3.2: any other key protects the registers again."""
     chip = Chip()
     dog = iwdg(chip)
@@ -139,7 +139,7 @@ def test_window_watchdog_resets_after_0x40(divider: int, counter: int) -> None:
     assert chip.resets == [(timeout_ps, "WWDG")]
 
 
-def test_early_wake_up_interrupt() -> None:
+def test_early_wake_up_interrupt_comes_at_count_0x40() -> None:
     """RM0368 16.4: the interrupt comes at 0x40 with number 0. Writing 0 clears SR."""
     chip = Chip()
     dog = wwdg(chip)
@@ -156,8 +156,8 @@ def test_early_wake_up_interrupt() -> None:
     assert chip.resets == []
 
 
-def test_early_wake_up_returns_after_flag_clear() -> None:
-    """The handler may first reload and then clear the flag, or in the other order."""
+def test_early_wake_up_repeats_after_flag_is_cleared() -> None:
+    """The handler may reload before or after it clears the flag."""
     chip = Chip()
     dog = wwdg(chip)
     dog.write(CFR, 0x7F | EWI)
@@ -195,7 +195,7 @@ def test_reload_inside_window_prevents_reset() -> None:
     assert dog.read(CR) == WDGA | 0x7F
 
 
-def test_counter_without_t6_resets_at_once() -> None:
+def test_writing_counter_without_t6_resets_at_once() -> None:
     chip = Chip()
     wwdg(chip).write(CR, WDGA | 0x3F)
     assert chip.resets == [(0, "WWDG")]

@@ -53,7 +53,7 @@ def calls_of(action: Callable[[], None]) -> int:
 
 
 def calls_for_an_access(name: str, folder: Path) -> float:
-    """Return the Python functions called for each access, in 0.05 ms after the loop has begun."""
+    """Return the number of Python functions called for each access, in 0.05 ms after the loop has begun."""
     board = board_with(PROGRAMS[name], folder)
     assert board.chip is not None
     board.chip.limits = replace(Limits(), work_per_s=10**12)
@@ -75,12 +75,12 @@ def calls_for_an_access(name: str, folder: Path) -> float:
         *("unmapped: bit-band of a reserved block", "unaligned register", "bit-band: RAM"),
     ],
 )
-def test_missing_register_calls_python_once(name: str, tmp_path: Path) -> None:
+def test_access_to_missing_register_calls_python_once(name: str, tmp_path: Path) -> None:
     assert calls_for_an_access(name, tmp_path) < 0.05
 
 
 @pytest.mark.parametrize("name", ["RCC: CR", "PWR", "FLASH", "ADC1", "CRC", "IWDG", "DBGMCU"])
-def test_polled_register_calls_python_once(name: str, tmp_path: Path) -> None:
+def test_polling_of_register_calls_python_once(name: str, tmp_path: Path) -> None:
     polled = f"{name} is read" if name == "RCC: CR" else f"{name}: read"
 
     assert calls_for_an_access(polled, tmp_path) < 0.05
@@ -95,12 +95,12 @@ def test_pins_are_set_up_and_toggled_without_python(name: str, tmp_path: Path) -
 
 
 @pytest.mark.parametrize("name", [name for name in PROGRAMS if name.startswith("RCC")])
-def test_change_of_clocks_calls_few_functions(name: str, tmp_path: Path) -> None:
-    """This includes the calls of all peripherals that a change of frequency affects."""
+def test_change_of_clocks_calls_few_python_functions(name: str, tmp_path: Path) -> None:
+    """The count includes the calls for all peripherals that a change of frequency affects."""
     assert calls_for_an_access(name, tmp_path) < 35
 
 
-def test_edges_are_in_trace_when_read(tmp_path: Path) -> None:
+def test_trace_contains_latest_edges_in_order(tmp_path: Path) -> None:
     """The latest edges are kept in order; the others are only counted."""
     board = board_with(PROGRAMS["GPIO: one output toggles by ODR"], tmp_path)
 
@@ -130,7 +130,7 @@ def test_edges_reach_subscriber_when_they_happen(tmp_path: Path) -> None:
 
 
 def test_python_register_is_read_again_after_write(tmp_path: Path) -> None:
-    """The read returns the latest value of PWR_CR, for any number of polls before."""
+    """The read returns the latest value of PWR_CR, however many polls came before."""
     source = "reset:\n" + put("RCC_APB1ENR", 1 << 28) + "mov32 r0, 0x40007000\nmov32 r4, RAM\n"
     for value in (0x100, 0x000, 0x110):
         source += f"mov32 r1, {value}\nstr r1, [r0]\n" + "ldr r2, [r0]\n" * 8 + "str r2, [r4]\nadds r4, #4\n"
@@ -141,7 +141,7 @@ def test_python_register_is_read_again_after_write(tmp_path: Path) -> None:
     assert [word(board, RAM + 4 * n) & 0x1F0 for n in range(3)] == [0x100, 0x000, 0x110]
 
 
-def test_block_without_clock_is_noted_after_missing_register(tmp_path: Path) -> None:
+def test_missing_clock_is_noted_after_missing_register(tmp_path: Path) -> None:
     """The same address has no register while CRC has a clock, and later CRC has no clock."""
     access = "mov32 r0, 0x40023080\n" + "ldr r1, [r0]\nstr r1, [r0]\n" * 3
     source = f"reset:\n{put('RCC_AHB1ENR', 1 << 12)}{access}{put('RCC_AHB1ENR', 0)}{access}b ."
@@ -217,7 +217,7 @@ def test_raised_work_limit_continues_run(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("data", mixtures(12).values(), ids=mixtures(12).keys())
-def test_random_block_accesses_take_bounded_work(data: bytes, tmp_path: Path) -> None:
+def test_random_peripheral_accesses_take_bounded_work(data: bytes, tmp_path: Path) -> None:
     board = board_with(data, tmp_path)
     assert board.chip is not None
     board.chip.limits = replace(Limits(), work_per_s=LOW, resets_per_s=9_999)
@@ -228,7 +228,7 @@ def test_random_block_accesses_take_bounded_work(data: bytes, tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("wiring", ["lab3", "fcu001v1"])
-def test_solution_needs_fraction_of_work(wiring: str) -> None:
+def test_solution_needs_fraction_of_work_limit(wiring: str) -> None:
     board = Board(firmware="solution", wiring=wiring, scenario="desk")
 
     board.run_for(1.5)
@@ -237,7 +237,7 @@ def test_solution_needs_fraction_of_work(wiring: str) -> None:
     assert 20 * board.chip.core.work < WORK_PER_S * board.now_s
 
 
-def test_command_stops_at_work_limit(tmp_path: Path, words: Words) -> None:
+def test_run_command_stops_at_work_limit(tmp_path: Path, words: Words) -> None:
     file = tmp_path / "clocks.bin"
     file.write_bytes(PROGRAMS["RCC: HPRE flips"])
     command = [sys.executable, "-m", "fcu_emulator", "run", str(file), "--speed", "max"]
