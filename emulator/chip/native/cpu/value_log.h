@@ -1,8 +1,8 @@
 /* ValueLog: the values that watched instructions compute.
  *
  * Before a watched instruction runs, the changed registers are logged with the address of the previous
- * watched instruction. Therefore the result of a call is logged at the call. Each exception has a level: an
- * exception inside of a call does not take its result.
+ * watched instruction. Therefore the result of a call is logged at the call. Each exception has its own
+ * level, so that the result of a call is not logged in an exception that interrupts the call.
  */
 #ifndef FCU_VALUE_LOG_H
 #define FCU_VALUE_LOG_H
@@ -33,7 +33,8 @@ typedef struct ValueLog {
   uint32_t capacity, count, lost;
   uint32_t level; /* index of the current level */
   ValueLogLevel levels[VALUE_LOG_LEVELS];
-  /* The last logged value of each address and register, by a hash. An equal value is not logged again. */
+  /* A hash table of the latest logged value for each address and register. An equal value is not logged
+     again. */
   uint32_t keys[VALUE_LOG_LATEST], latest[VALUE_LOG_LATEST];
   /* The number of values logged for each instruction; VALUE_LOG_MOST limits it, so that a loop cannot fill
    * the log. */
