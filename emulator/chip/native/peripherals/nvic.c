@@ -103,7 +103,7 @@ void nvic_deactivate(Nvic *nvic, int number) {
   pend(nvic, number >> 6, nvic->lines[number >> 6] & bit);
 }
 
-/* A register word spans both words of a set. */
+/* One word of an NVIC register can span both words of a set. */
 static uint32_t interrupts(const uint64_t *set, unsigned word) {
   unsigned first = FIRST_INTERRUPT + 32 * word;
   uint64_t low = set[first >> 6] >> (first & 63);
