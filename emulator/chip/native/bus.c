@@ -42,7 +42,7 @@ static bool is_ram_bit(uint32_t address, uint32_t *byte, unsigned *bit) {
   return offset < 32 * RAM_SIZE;
 }
 
-/* size is a power of 2, so that no division is needed. */
+/* size is a power of 2, so no division is needed. */
 static bool is_unaligned(uint32_t address, unsigned size) { return address & (size - 1); }
 
 /* A call of memcpy() would take longer than the access. */

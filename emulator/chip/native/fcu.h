@@ -81,7 +81,7 @@ void fcu_set_breakpoint(Chip *chip, uint32_t address, int32_t on);
 
 /* -- computed values: value_log.c ------------------------------------------------------------------------- */
 
-/* Log into `log` from now on, or stop logging if it is NULL. */
+/* Log into `log` from now on, or stop logging if `log` is NULL. */
 void fcu_log_values(Chip *chip, ValueLog *log);
 /* Watch the instructions from begin to end (excluded), or stop watching. Watched instructions are executed
  * one by one. */
@@ -179,11 +179,11 @@ int64_t fcu_pending_edges(const Chip *chip);
 int64_t fcu_take_edges(Chip *chip, Edge *edges, int64_t size, int64_t *lost);
 /* Call changed() when the pin's input level changes. */
 void fcu_watch_pin(Chip *chip, int32_t port, int32_t pin);
-/* Report edges of this pin only while chip->detailed. */
+/* Report edges of this pin only while chip->detailed is set. */
 void fcu_frequent_pin(Chip *chip, int32_t port, int32_t pin);
 /* Set the combined level of all external drivers; -1 if none drives the pin. */
 void fcu_drive_pin(Chip *chip, int32_t port, int32_t pin, int32_t level);
-/* Return -1 if the pin has no output level, no pull resistor, or no alternate function. */
+/* Return the pin's output level, pull resistor or alternate function; -1: none. */
 int32_t fcu_pin_output(const Chip *chip, int32_t port, int32_t pin);
 int32_t fcu_pin_pull(const Chip *chip, int32_t port, int32_t pin);
 int32_t fcu_pin_alternate(const Chip *chip, int32_t port, int32_t pin);

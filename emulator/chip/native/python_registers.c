@@ -1,8 +1,8 @@
 /* Cache of registers in Python. It saves calls of Python, each of which takes as long as hundreds of
  * instructions.
  *
- * For a read without side effects, Python returns a value and the time until which this value is valid. An
- * earlier call that may change a register in Python ends the validity. An access to an address without
+ * For a read without side effects, Python returns a value and the time until which this value is valid. A
+ * call that may change a register in Python ends this validity earlier. An access to an address without
  * register or clock is reported once; then C ignores further accesses. Entries with the same hash replace
  * each other.
  */

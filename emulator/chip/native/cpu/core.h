@@ -154,8 +154,8 @@ void core_invalidate_code(Core *core, uint32_t address, uint32_t size);
 /* -- functions of bus.c, after a call of sync_state() -------------------------------------------------- */
 
 /* Return false if the address has no memory; the run then stops at the instruction. size is 1, 2 or 4.
- * Unaligned accesses are split as on the bus. A register access may lower core->limit and discard decoded
- * code. */
+ * Unaligned accesses are split as the bus splits them. A register access may lower core->limit and discard
+ * decoded code. */
 bool core_read(Core *core, uint32_t address, unsigned size, uint32_t *value);
 bool core_write(Core *core, uint32_t address, unsigned size, uint32_t value);
 /* Return false after a fault. LDM, STM, LDRD, STRD and VFP transfers must be aligned regardless of CCR

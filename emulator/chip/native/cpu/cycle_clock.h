@@ -15,7 +15,8 @@
 
 #include "cpu/division.h"
 
-/* Time after n more instructions: origin_ps + ((count + n) * num + extra) / den, rounded down once. */
+/* Time after n more instructions: origin_ps + ((count + n) * num + extra) / den, rounded down only at the
+ * end. */
 typedef struct {
   int64_t count; /* instructions since the origin, not counting the current run */
   int64_t origin_ps;
@@ -29,7 +30,7 @@ typedef struct {
 
 void cycle_clock_create(CycleClock *cycle_clock, int64_t cycles_num, int64_t cycles_den, int64_t hclk_hz);
 int64_t cycle_clock_wide_ps(const CycleClock *cycle_clock, int64_t count);
-/* Return the first count at at_ps or later. */
+/* Return the first count whose time is at_ps or later. */
 int64_t cycle_clock_count_at(const CycleClock *cycle_clock, int64_t at_ps);
 /* Move the origin to the present time before products exceed 64 bits. Times do not change. Call this
  * between runs. If an oscillator has an error, num and den are large, and the limit is reached within a

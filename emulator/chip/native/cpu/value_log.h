@@ -12,16 +12,17 @@
 #define VALUE_LOG_REGISTERS 45 /* R0 to R12, S0 to S31 */
 #define VALUE_LOG_LATEST 65536 /* a power of two */
 #define VALUE_LOG_ADDRESSES 131072 /* a power of two: each halfword of the flash */
-#define VALUE_LOG_LEVELS 8 /* deeper exceptions share the last level */
+#define VALUE_LOG_LEVELS 8 /* deeper exceptions share the deepest level */
 #define VALUE_LOG_MOST 100 /* maximum number of logged values per instruction */
 
-/* number: 0 to 12 for R0 to R12, 13 to 44 for S0 to S31. pair: value of the register with which this one
- * forms an even-odd pair. */
+/* number: 0 to 12 for R0 to R12, 13 to 44 for S0 to S31. pair: value of the other register of the even-odd
+ * pair. */
 typedef struct {
   uint32_t address, number, value, pair;
 } LoggedValue;
 
-/* address: the previous watched instruction of this exception, or 0. registers: their values before it. */
+/* address: the previous watched instruction of this exception, or 0. registers: their values before this
+ * instruction. */
 typedef struct {
   uint32_t exception, address;
   uint32_t registers[VALUE_LOG_REGISTERS];

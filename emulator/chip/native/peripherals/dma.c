@@ -36,7 +36,7 @@ static const uint8_t INTERRUPTS_OF[DMA_CONTROLLERS][DMA_STREAMS] = {
 /* -- request lines --------------------------------------------------------------------------------------- */
 
 #define R(name) REQUEST_##name
-#define UNMODELLED REQUESTS /* its peripheral is not modelled */
+#define UNMODELLED REQUESTS /* the peripheral of the request is not modelled */
 #define NONE REQUEST_NONE
 
 /* By channel and stream. */

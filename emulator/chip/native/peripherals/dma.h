@@ -14,7 +14,7 @@ typedef struct {
    * moved: items moved so far. size and steps are in bytes. */
   uint32_t length, moved, size, peripheral_step, memory_step;
   int64_t copy_ps;   /* end of a memory-to-memory transfer */
-  enum Request line; /* the line that it serves */
+  enum Request line; /* the line that the stream serves */
 } DmaStream;
 
 typedef struct {

@@ -16,7 +16,7 @@ void nvic_reset(Nvic *nvic) {
   for (int number = 0; number < 4; number++) {
     nvic->priority[number] = (int16_t)(number - 4);
   }
-  nvic->subpriority_bits = 1; /* PRIGROUP 0 leaves at least one bit */
+  nvic->subpriority_bits = 1; /* even PRIGROUP 0 leaves one subpriority bit */
 }
 
 int nvic_group_priority(const Nvic *nvic, int priority) {

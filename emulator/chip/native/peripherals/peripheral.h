@@ -5,7 +5,7 @@
  * the struct, because a snapshot is a copy of the chip.
  *
  * chip->now_ps is the exact time of the current access or event. State is either computed when it is read, or
- * changed by an event. A scheduled event ends the run of instructions; schedule an event if it may change an
+ * changed by an event. A scheduled event ends the run of instructions; schedule the event if it may change an
  * interrupt line, a pin or a DMA request. A deferred event is executed later, but with its exact time and order: at
  * the next access to a register, at the next event, or at the end of a run.
  */

@@ -170,7 +170,7 @@ static void apply(Scb *scb) {
   chip->nvic.sevonpend = (scb->scr & SCR_SEVONPEND) != 0;
   chip->core.div_0_trp = (scb->ccr & CCR_DIV_0_TRP) != 0;
   core_trap_unaligned(&chip->core, (scb->ccr & CCR_UNALIGN_TRP) != 0);
-  if (chip->core.fpu_on != floating) { /* decoded code depends on it */
+  if (chip->core.fpu_on != floating) { /* decoded code depends on fpu_on */
     chip->core.fpu_on = floating;
     fcu_invalidate_code(chip);
   }

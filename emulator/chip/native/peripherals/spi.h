@@ -31,7 +31,7 @@ typedef struct {
 typedef struct {
   /* Apply settings to the following bytes. */
   void (*configure)(int64_t now_ps, int32_t speed_hz, int32_t mode, int32_t wires);
-  /* Python takes over the message with its bytes so far. Return 1 if the sensor has power. */
+  /* Python takes over the message with the bytes so far. Return 1 if the sensor has power. */
   int32_t (*open)(int64_t now_ps, const SpiMessage *message);
   void (*send)(int64_t now_ps, int32_t sensor, int32_t byte);
   int32_t (*receive)(int64_t now_ps, int32_t sensor, int32_t wires);

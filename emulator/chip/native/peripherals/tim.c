@@ -162,8 +162,8 @@ static uint32_t flag_of(int channel) { return 2u << channel; }
 
 static bool is_input(const TimChannel *channel) { return CCS(channel->settings) != 0; }
 
-/* Counter positions at which the flag is set. A compare value above ARR sets it at the overflow (12.4.5).
- * CMS selects the direction: 1 down, 2 up, 3 both (12.4.1). */
+/* Counter positions at which the flag is set. A compare value above ARR sets the flag at the overflow
+ * (12.4.5). CMS selects the direction: 1 down, 2 up, 3 both (12.4.1). */
 static void find_matches(const Tim *tim, TimChannel *channel) {
   int64_t compare = channel->compare, arr = tim->arr, *matches = channel->matches;
   uint32_t cms = FIELD(REGISTER(tim, CR1), CR1_CMS);
@@ -190,7 +190,7 @@ static void find_all_matches(Tim *tim) {
   }
 }
 
-/* Return INT64_MAX if there is none. */
+/* Return INT64_MAX if none of the flags will be set. */
 static int64_t steps_to_flags(const Tim *tim, uint32_t flags) {
   int64_t least = INT64_MAX;
   for (int n = 0; n < tim->variant->channels; n++) {
@@ -221,7 +221,8 @@ static void capture(Tim *tim, int channel) {
   REGISTER(tim, CCRx(channel + 1)) = (uint32_t)cnt_of(tim);
 }
 
-/* Return the channel's own input (CCxS = 1) or its neighbour's (CCxS = 2). */
+/* Return whether the channel captures input `source`: its own input (CCxS = 1) or its neighbour's (CCxS =
+ * 2). */
 static bool listens_to(const TimChannel *channel, int number, int source) {
   uint32_t selected = CCS(channel->settings);
   return (selected == 1 && source == number) || (selected == 2 && source == (number ^ 1));
@@ -450,7 +451,7 @@ static void stop(Tim *tim, int64_t now_ps) {
   }
 }
 
-/* Return INT64_MAX if there is none. */
+/* Return INT64_MAX if no update will come. */
 static int64_t steps_to_update(const Tim *tim) {
   if (!tim->updates_enabled || is_blocked(tim)) {
     return INT64_MAX;

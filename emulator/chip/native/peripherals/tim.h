@@ -39,7 +39,7 @@ typedef struct {
   int64_t overflow_period; /* counts between overflows */
   int64_t cycle_length;
 
-  /* Tick k is at origin_ps + (k * num + extra) / den, rounded down once. */
+  /* Tick k is at origin_ps + (k * num + extra) / den, rounded down only at the end. */
   int64_t hz, num, den, extra;
   Divisor by_num;
   int64_t max_ps, max_ticks; /* below these limits, products need only 64 bits */
