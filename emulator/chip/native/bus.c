@@ -5,9 +5,9 @@
 
 #include "fcu.h"
 
-/* the cost of its registers includes programming of the flash (write_flash()) */
+/* the cost of programming the flash is added to the cost of its registers (write_flash()) */
 #define FLASH_INTERFACE_BASE 0x40023C00u
-/* reads of a peripheral without a write in between, after which read_memory_like() is used */
+/* read_memory_like() is used after this number of reads of a peripheral without a write */
 #define MEMORY_LIKE_AFTER 1000
 
 static bool in_ram(uint32_t address, unsigned size) { return address - RAM_BASE <= RAM_SIZE - size; }
@@ -42,7 +42,7 @@ static bool is_ram_bit(uint32_t address, uint32_t *byte, unsigned *bit) {
   return offset < 32 * RAM_SIZE;
 }
 
-/* size is a power of 2, so that no division is needed. */
+/* size is a power of 2, so no division is needed. */
 static bool is_unaligned(uint32_t address, unsigned size) { return address & (size - 1); }
 
 /* A call of memcpy() would take longer than the access. */
@@ -197,8 +197,8 @@ static bool write_bit_band(Chip *chip, uint32_t address, uint32_t value) {
   return true;
 }
 
-/* Cache a register for repeat_read(), except memory-like peripherals and the core's registers, which
- * change with the core's state. */
+/* Cache a register for repeat_read(). Registers of memory-like peripherals are not cached. The core's
+ * registers are not cached either, because the core's state changes them. */
 static void cache_polled(Chip *chip, const Peripheral *peripheral, uint32_t address, unsigned size, uint32_t value,
                         int64_t until_ps) {
   Polled *polled = poll_skip_slot(&chip->poll_skip, address);
@@ -252,14 +252,14 @@ static bool read_register(Chip *chip, Peripheral *peripheral, uint32_t address, 
   return true;
 }
 
-/* Read an aligned register address; false: no register is there. */
+/* Read an aligned register address. Return false if no register is there. */
 static bool read_device(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
   return is_register_address(address) ? read_register(chip, chip_peripheral_at(chip, address), address, size, value)
                                : read_bit_band(chip, address, value);
 }
 
-/* Return whether the write changes nothing. Loops that display a state repeat such writes; they do not end
- * poll skipping. */
+/* Return whether the write changes nothing. Loops that display a state repeat such writes. Therefore these
+ * writes do not end poll skipping. */
 static bool is_redundant_write(const Peripheral *peripheral, uint32_t address, unsigned size, uint32_t value) {
   uint32_t shift = 8 * (address & 3), mask = size_mask(size) << shift;
   return peripheral && peripheral->clocked && peripheral_has_register(peripheral, address) &&
@@ -307,7 +307,7 @@ static void report_access(Chip *chip, uint32_t address, unsigned size, bool writ
   chip->host.accessed(chip->now_ps, address, size, written);
 }
 
-/* Check watched memory and UNALIGN_TRP; false: the access is refused. */
+/* Report an access to watched memory, and check UNALIGN_TRP. Return false if the access is refused. */
 static bool check_access(Core *core, uint32_t address, unsigned size, bool written) {
   if (core->unalign_trp && is_unaligned(address, size)) {
     return access_fault(core, address, STOP_UNALIGNED);
@@ -359,8 +359,8 @@ static __attribute__((noinline)) bool read_any(Core *core, uint32_t address, uns
   return read_device(core->chip, address, size, value) || access_fault(core, address, STOP_READ);
 }
 
-/* Handle all reads except memory-like ones. It is a separate function so that core_read() saves fewer host
- * registers. */
+/* Handle all reads except those of memory-like peripherals. This function is separate so that core_read()
+ * saves fewer host registers. */
 static __attribute__((noinline)) bool read_polled(Core *core, uint32_t address, unsigned size, uint32_t *value) {
   return (!core->watching && repeat_read(core->chip, address, size, value)) ||
          read_any(core, address, size, value);
@@ -393,8 +393,8 @@ static void write_ram(Core *core, uint32_t address, unsigned size, uint32_t valu
   core_ram_written(core, address, size);
 }
 
-/* Let FLASH, a peripheral in Python, program the word or refuse it. Return false for an address outside
- * the flash. */
+/* Let FLASH, a peripheral in Python, program the word or refuse the write. Return false for an address
+ * outside the flash. */
 static bool write_flash(Chip *chip, uint32_t address, unsigned size, uint32_t value) {
   const uint8_t *bytes = core_bytes_at(&chip->core, address, size);
   if (chip->bare || !bytes || (uintptr_t)(bytes - chip->flash) >= FLASH_SIZE) {

@@ -1,5 +1,5 @@
-/* The bus matrix (RM0368 section 2): the slow path of loads and stores (access.h has the fast one), and the
- * skipping of poll and idle loops. */
+/* The bus matrix (RM0368 section 2): the slow path of loads and stores (the fast path is in access.h), and
+ * the skipping of poll and idle loops. */
 #ifndef FCU_BUS_H
 #define FCU_BUS_H
 
@@ -27,7 +27,7 @@ typedef struct {
     uint64_t version;
     uint32_t address, size, value;
   } reads[CACHED_READS];
-  struct { /* The last write; repeating it has no effect before until_ps. */
+  struct { /* The latest write. The same write has no effect if it is repeated before until_ps. */
     int64_t until_ps;
     uint64_t version;
     uint32_t address, size, value;
@@ -40,11 +40,12 @@ typedef struct {
   uint8_t unclocked[PAGES];
 } PythonRegisters;
 
-/* Why an address reads as 0 and ignores writes. The enum is stored only after the access has been
+/* The reason why an address reads as 0 and ignores writes. The reason is stored after the access has been
  * reported. */
 enum IgnoreReason { NO_REGISTER = 1, READ_WITHOUT_CLOCK = 2, WRITE_WITHOUT_CLOCK = 3 };
 
-/* Values of chip->until_ps after a call of Python: the address, or its whole kilobyte, has no register. */
+/* Values of chip->until_ps after a call of Python. NO_REGISTER_PS: the address has no register.
+ * EMPTY_PAGE_PS: its whole kilobyte has none. */
 #define NO_REGISTER_PS ((int64_t)-2)
 #define EMPTY_PAGE_PS ((int64_t)-3)
 
@@ -53,8 +54,8 @@ enum Access { ACCESS_READ = 1, ACCESS_WRITE = 2 };
 void python_registers_invalidate(Chip *chip);
 bool python_registers_is_ignored(const Chip *chip, uint32_t address, enum IgnoreReason kind);
 void python_registers_ignore(Chip *chip, uint32_t address, enum IgnoreReason kind);
-/* A write without clock is harmless if its value is the register's reset value. A write of another value
- * must be reported. */
+/* A write to a peripheral without clock is harmless if its value is the register's reset value. A write of
+ * another value must be reported. */
 bool python_registers_is_harmless(const Chip *chip, uint32_t address, uint32_t value);
 void python_registers_set_harmless(Chip *chip, uint32_t address, uint32_t value);
 /* *until_ps as in PeripheralType. */
@@ -64,8 +65,8 @@ void python_store(Chip *chip, uint32_t address, unsigned size, uint32_t value);
 /* -- poll_skip.c: loops that poll registers ----------------------------------------------------------- */
 
 #define POLL_SKIP_COMPARE_AFTER 3 /* number of reads of a register before states are compared */
-/* number of unsuccessful comparisons before a pause; for POLL_SKIP_PAUSE: number of reads without
-   comparison in a pause */
+/* POLL_SKIP_MAX_MISSES: unsuccessful comparisons before a pause; POLL_SKIP_PAUSE: reads without comparison
+   in a pause */
 #define POLL_SKIP_MAX_MISSES 50
 #define POLL_SKIP_PAUSE 2000
 #define POLL_SKIP_STATES 64
@@ -81,7 +82,7 @@ typedef struct {
 typedef struct {
   uint32_t address;
   int32_t poll_count;
-  /* The last value. It is valid for this size and version until until_ps. */
+  /* The latest value. For this size and version it is valid up to the time until_ps. */
   uint32_t size, value;
   int64_t until_ps, version;
 } Polled;
@@ -101,8 +102,8 @@ typedef struct {
   PollState states[POLL_SKIP_STATES];
 } PollSkip;
 
-/* Handle an access that has a side effect or is a write: invalidate cached registers and discard the
- * recorded states. */
+/* Handle a write, or a read with a side effect: invalidate cached registers and discard the recorded
+ * states. */
 void poll_skip_side_effect(Chip *chip);
 /* Invalidate cached registers after an event, a side effect, or the start of a run. */
 static inline void poll_skip_invalidate(PollSkip *poll_skip) { poll_skip->version++; }
@@ -111,8 +112,8 @@ static inline Polled *poll_skip_slot(PollSkip *poll_skip, uint32_t address) {
   return &poll_skip->polled[(address * 0x9E3779B1u >> 16) % POLL_SKIP_POLLED];
 }
 void poll_skip_reset(Chip *chip);
-/* begin_log() starts to log changes of RAM; ram_unchanged() returns true if RAM has the same contents as
- * then. */
+/* poll_skip_begin_log() starts to log changes of RAM; poll_skip_ram_unchanged() returns true if RAM has
+ * the same contents as at that start. */
 void poll_skip_begin_log(Chip *chip);
 bool poll_skip_ram_unchanged(const Chip *chip);
 /* Handle a read of a register whose value is constant until until_ps. Return true if time was skipped and
@@ -129,7 +130,7 @@ typedef struct {
   struct {
     uint32_t address;
     uint16_t period; /* instructions of an iteration; 0: unknown */
-    uint16_t misses; /* consecutive iterations without a repetition */
+    uint16_t misses; /* consecutive iterations that did not repeat the state */
   } loops[IDLE_SKIP_SLOTS];
   int64_t check_interval;
   int64_t accesses, not_before;
@@ -138,11 +139,12 @@ typedef struct {
 } IdleSkip;
 
 void idle_skip_create(Chip *chip);
-/* Execute or skip at most `instructions` in a known or suspected loop. Return false, without effect,
- * outside of such a loop. */
+/* Execute or skip at most `instructions` instructions in a known or suspected loop. Outside of such a
+ * loop, do nothing and return false. */
 bool idle_skip_execute(Chip *chip, int64_t instructions);
-/* Call after a run. Suspect an idle loop if the run was long and accessed nothing. After a full interval,
- * double it, up to a limit that is higher while a loop is suspected. */
+/* Suspect an idle loop if the latest run was long and accessed nothing. If the run filled the check
+ * interval, double this interval up to a limit. The limit is higher while a loop is suspected. Call this
+ * after a run. */
 void idle_skip_check(Chip *chip);
 
 #endif

@@ -1,7 +1,7 @@
 /* The chip: all peripherals in one struct, and the connections between them.
  *
- * Python has the rare peripherals (RCC, PWR, FLASH, ADC, RTC, watchdogs, DBGMCU), the outside world, and a
- * clock with its events. C calls it through struct Host.
+ * Python has the rarely used peripherals (RCC, PWR, FLASH, ADC, RTC, watchdogs, DBGMCU), the outside world,
+ * and a clock with its events. C calls Python through struct Host.
  */
 #ifndef FCU_CHIP_H
 #define FCU_CHIP_H
@@ -32,7 +32,7 @@ typedef struct {
   /* Return 0 if the access was harmless and is not reported; a later access to this register may still be
    * reported. */
   int32_t (*ignored_access)(int64_t now_ps, int32_t peripheral, uint32_t offset, int32_t what, uint32_t value);
-  /* Core registers are still those of the faulting instruction. */
+  /* The core registers still have their values at the faulting instruction. */
   void (*fault)(int64_t now_ps, int32_t exception, uint32_t cfsr, uint32_t hfsr, uint32_t address);
   void (*locked_up)(int64_t now_ps, uint32_t pc);
   /* Reset all peripherals, RCC last. */
@@ -40,7 +40,8 @@ typedef struct {
   void (*accessed)(int64_t now_ps, uint32_t address, uint32_t size, int32_t written);
 } Host;
 
-/* Frequencies in Hz that RCC sets (RM0368 section 6.2). Nominal: with oscillators without error. */
+/* Frequencies in Hz that RCC sets (RM0368 section 6.2). The nominal frequencies assume oscillators without
+ * error. */
 typedef struct {
   int64_t sysclk_hz, hclk_hz, pclk1_hz, pclk2_hz, timer1_hz, timer2_hz, nominal_pclk1_hz;
   int64_t lsi_hz, lse_hz; /* 0: not ready */
@@ -50,10 +51,10 @@ struct Chip {
   /* Read by Python, in this order (library.py). */
   int64_t now_ps;       /* time of the current access or event */
   int64_t host_next_ps; /* earliest event of Python's clock */
-  /* time until which the last value is valid that Python returned, or that Python read from a peripheral
-     in C */
+  /* time until which a value is valid: the latest value that Python returned, or read from a peripheral in
+     C */
   int64_t until_ps;
-  int64_t must_stop;    /* end the run after this instruction: error or request in a callback */
+  int64_t must_stop;    /* end the run after this instruction, because of an error or request in a callback */
   int64_t detailed;     /* the trace records bus transfers and chip-select edges */
   int64_t work;         /* since power-on, in units of work.h */
   int64_t work_limit;
@@ -97,8 +98,8 @@ struct Chip {
   uint8_t ram[RAM_SIZE], flash[FLASH_SIZE], system_memory[SYSTEM_MEMORY_SIZE];
 };
 
-/* Execute all events up to to_ps. Of simultaneous events, the chip's precede Python's; both follow the
- * order of scheduling.
+/* Execute all events up to to_ps. If events are simultaneous, the chip's events come before Python's. Both
+ * groups keep the order of scheduling.
  */
 void chip_advance(Chip *chip, int64_t to_ps);
 void chip_settle(Chip *chip);

@@ -1,8 +1,8 @@
 /* The C interface for Python; each section names the file that implements it.
  *
- * All functions take the handle of fcu_create(). State is never global; one thread at a time uses a handle. Times
- * are picoseconds since power-on. Internal callers use hidden functions, because a call of an exported one goes
- * through a table.
+ * All functions take the handle that fcu_create() returns. There is no global state. Only one thread at a time
+ * may use a handle. Times are picoseconds since power-on. C code of the library itself calls hidden functions,
+ * because a call of an exported function goes through a table.
  */
 #ifndef FCU_H
 #define FCU_H
@@ -18,17 +18,19 @@
 /* Return a chip before power-on, with erased flash, or NULL if the host has no memory. */
 Chip *fcu_create(const Host *host);
 void fcu_destroy(Chip *chip);
-/* Call before power-on. Set the cycles per instruction (a fraction), and whether poll and idle loops are
- * skipped. */
+/* Set the cycles per instruction (a fraction). Skip poll and idle loops if `skip` is not 0. Call this
+ * before power-on. */
 void fcu_configure(Chip *chip, int64_t cycles_num, int64_t cycles_den, int32_t skip);
-/* FLASH_SIZE, RAM_SIZE and SYSTEM_MEMORY_SIZE bytes. After changing code call fcu_invalidate_code(). */
+/* These memories have FLASH_SIZE, RAM_SIZE and SYSTEM_MEMORY_SIZE bytes. Call fcu_invalidate_code() after
+ * a change of code. */
 uint8_t *fcu_flash(Chip *chip);
 uint8_t *fcu_ram(Chip *chip);
 uint8_t *fcu_system_memory(Chip *chip);
 
 /* -- core registers: state.c -------------------------------------------------------------------------- */
 
-/* Registers by number: 0 to 15, then enum Register of state.c. Call these between runs only. */
+/* Registers have the numbers 0 to 15, then those of enum Register (state.c). Call both functions between
+ * runs only. */
 void fcu_read_registers(const Chip *chip, const int32_t *numbers, uint32_t *values, int32_t count);
 void fcu_write_registers(Chip *chip, const int32_t *numbers, const uint32_t *values, int32_t count);
 int32_t fcu_thumb(const Chip *chip);
@@ -40,46 +42,49 @@ void fcu_set_thumb(Chip *chip, int32_t thumb);
 void fcu_start(Chip *chip);
 /* Run up to and including at_ps; return enum Ended. */
 int32_t fcu_run_until(Chip *chip, int64_t at_ps);
-/* Execute at most `instructions`, without time and exceptions, and with all registers in Python; return enum
- * Stop. step_over: ignore a breakpoint on the first one. */
+/* Execute at most `instructions` instructions, without virtual time and exceptions, and with all
+ * peripherals in Python. Return enum Stop. step_over: ignore a breakpoint on the first instruction. */
 int32_t fcu_execute(Chip *chip, int64_t instructions, int32_t step_over);
-/* Call it in a callback, to end fcu_execute() after the current instruction. */
+/* End fcu_execute() after the current instruction. Call this in a callback. */
 void fcu_end_run(Chip *chip);
-/* Return the number of instructions of the latest fcu_execute(), including a faulting one, and the address
- * of a refused access. */
+/* fcu_executed() returns the number of instructions of the latest fcu_execute(), including one that
+ * faulted. fcu_fault_address() returns the address of a refused access. */
 int64_t fcu_executed(const Chip *chip);
 uint32_t fcu_fault_address(const Chip *chip);
-/* Reset after the current instruction. fcu_reset_now() resets at once, while halted. */
+/* fcu_request_reset() resets the chip after the current instruction; fcu_reset_now() resets a halted chip
+ * at once. */
 void fcu_request_reset(Chip *chip, int32_t reason);
 void fcu_reset_now(Chip *chip, int32_t reason);
-/* Enter an exception regardless of priorities, for fcu_execute(). Return 0 if stack or table are not in
- * memory (exceptions.c). */
+/* Enter an exception regardless of priorities, for fcu_execute(). Return 0 if the stack or the vector
+ * table is not in memory (exceptions.c). */
 int32_t fcu_enter_exception(Chip *chip, int32_t number, uint32_t vectors);
 
 /* -- debugging: run_loop.c --------------------------------------------------------------------------------- */
 
-/* Halt before the next instruction, after an exception entry in progress. */
+/* Halt before the next instruction. An exception entry in progress is finished first. */
 void fcu_halt(Chip *chip);
 /* With step, halt again after one instruction or exception entry. */
 void fcu_resume(Chip *chip, int32_t step);
-/* While halted fcu_run_until() returns at once. */
+/* While the core is halted, fcu_run_until() returns at once. */
 int32_t fcu_is_halted(const Chip *chip);
 void fcu_wake(Chip *chip);
-/* Select if BKPT halts the core. fcu_halted_on_bkpt() returns whether it has done so since the last call. */
+/* Select whether BKPT halts the core. fcu_halted_on_bkpt() returns whether BKPT has halted the core since
+ * the previous call. */
 void fcu_debug(Chip *chip, int32_t on);
 int32_t fcu_halted_on_bkpt(Chip *chip);
 
 void fcu_invalidate_code(Chip *chip);
-/* Call it after a change of at most 8 bytes of the flash. */
+/* Call this after a change of at most 8 bytes of the flash. */
 void fcu_flash_programmed(Chip *chip, uint32_t offset, uint32_t size);
 /* Add or remove a breakpoint (STOP_BREAKPOINT). */
 void fcu_set_breakpoint(Chip *chip, uint32_t address, int32_t on);
 
 /* -- computed values: value_log.c ------------------------------------------------------------------------- */
 
-/* Log into `log` from now on, or stop logging if it is NULL. */
+/* Log into `log` from now on, or stop logging if `log` is NULL. */
 void fcu_log_values(Chip *chip, ValueLog *log);
-/* Select the instructions from begin to end (excluded). They are executed one by one meanwhile. */
+/* Watch the instructions from begin to end (excluded), or stop watching. Watched instructions are executed
+ * one by one. */
 void fcu_watch_values(Chip *chip, uint32_t begin, uint32_t end, int32_t on);
 
 /* -- status: chip.c, nvic.c --------------------------------------------------------------------------- */
@@ -93,7 +98,7 @@ typedef struct {
   int64_t accesses;
   int64_t thread_ps;
   uint64_t pending[2], enabled[2], active[2]; /* bit = exception number */
-  int64_t execution_priority;                 /* ARMv7-M ARM B1.5.4; 256: none */
+  int64_t execution_priority;                 /* ARMv7-M ARM B1.5.4; 256: no active exception */
   uint32_t lowest_msp;                        /* lowest main stack pointer after an exception entry */
   uint32_t locked_up, locked_up_pc;
   uint32_t asleep;
@@ -111,16 +116,17 @@ int32_t fcu_execution_priority(const Chip *chip, int32_t primask, int32_t basepr
 
 /* -- accesses by debuggers and DMA: bus.c ------------------------------------------------------------- */
 
-/* Call host.accessed() at the core's accesses from begin to end (included). All accesses are slower meanwhile. */
+/* Call host.accessed() when the core accesses an address from begin to end (included). This slows down all
+ * accesses. */
 void fcu_watch_memory(Chip *chip, int32_t on, uint32_t begin, uint32_t end);
-/* Access an address with all side effects. Return 0 if it has no memory or register. */
+/* Access an address with all side effects. Return 0 if the address has no memory or register. */
 int32_t fcu_load(Chip *chip, uint32_t address, uint32_t size, uint32_t *value);
 int32_t fcu_store(Chip *chip, uint32_t address, uint32_t size, uint32_t value);
 
 /* -- snapshots: chip.c ------------------------------------------------------------------------------------ */
 
-/* Save and restore the whole chip as bytes, which are valid for the same chip only. Call these between
- * runs only. */
+/* Save and restore the whole chip as bytes. The bytes are valid only for the same chip. Call these
+ * functions between runs only. */
 int64_t fcu_snapshot_size(void);
 void fcu_save(const Chip *chip, void *snapshot);
 void fcu_restore(Chip *chip, const void *snapshot);
@@ -139,15 +145,14 @@ int32_t fcu_peripheral_count(const Chip *chip);
 uint32_t fcu_peripheral_base(const Chip *chip, int32_t index);
 /* Return -1 for an address without a peripheral in C. */
 int32_t fcu_peripheral_at(const Chip *chip, uint32_t address);
-/* Called by RCC: switch on or off the clock of the peripheral at an address, if this peripheral is in
- * Python. */
+/* RCC calls this to switch on or off the clock of the peripheral in Python at an address. */
 void fcu_gate_python(Chip *chip, uint32_t address, int32_t clocked);
-/* Called by RCC: switch clocks, or reset peripherals. Bit n is the peripheral with index n. */
+/* RCC calls these to switch clocks and to reset peripherals. Bit n is the peripheral with index n. */
 void fcu_gate(Chip *chip, uint64_t peripherals, uint64_t clocked);
 int32_t fcu_is_clocked(const Chip *chip, int32_t index);
 void fcu_reset_peripherals(Chip *chip, uint64_t peripherals);
-/* Read a word regardless of the peripheral's clock. read: with side effects; sets chip->until_ps to the end
- * of the value's validity. peek: without side effects. */
+/* Read a word, even if the peripheral's clock is off. fcu_read_peripheral() has side effects, and sets
+ * chip->until_ps to the time until which the value is valid. fcu_peek_peripheral() has no side effects. */
 uint32_t fcu_read_peripheral(Chip *chip, int32_t index, uint32_t offset);
 uint32_t fcu_peek_peripheral(Chip *chip, int32_t index, uint32_t offset);
 /* Return 1 if a read has no side effect and the value does not change continuously. */
@@ -156,32 +161,33 @@ void fcu_write_peripheral(Chip *chip, int32_t index, uint32_t offset, uint32_t v
 
 /* -- interrupt lines, alternate functions: chip.c ----------------------------------------------------- */
 
-/* NVIC input `number`, set by Python's peripherals; 1: active. */
+/* Python's peripherals set NVIC input `number`; level 1 is active. */
 void fcu_set_irq(Chip *chip, int32_t number, int32_t level);
 int32_t fcu_irq_level(const Chip *chip, int32_t number);
 void fcu_watch_irqs(Chip *chip, void (*changed)(int64_t now_ps, int32_t number, int32_t level));
-/* function -1: none. */
+/* Set the alternate function of a pin; -1: none. */
 void fcu_set_alternate(Chip *chip, int32_t port, int32_t pin, int32_t function);
 
 /* -- pins: gpio.c, exti.c -------------------------------------------------------------------------------- */
 
 /* port is an index in "ABCDEH". */
 void fcu_connect_pins(Chip *chip, const PinCalls *calls);
-/* Return the number of output edges that were recorded while the trace is not observed. */
+/* Return the number of recorded output edges that Python has not taken. Edges are recorded while the trace
+ * is not observed. */
 int64_t fcu_pending_edges(const Chip *chip);
 /* Copy the latest `size` edges in order of time; *lost is the number of dropped edges. */
 int64_t fcu_take_edges(Chip *chip, Edge *edges, int64_t size, int64_t *lost);
 /* Call changed() when the pin's input level changes. */
 void fcu_watch_pin(Chip *chip, int32_t port, int32_t pin);
-/* Report edges of this pin only while chip->detailed. */
+/* Report edges of this pin only while chip->detailed is set. */
 void fcu_frequent_pin(Chip *chip, int32_t port, int32_t pin);
-/* Set the level of all external drivers together; -1 if none drives the pin. */
+/* Set the combined level of all external drivers; -1 if none drives the pin. */
 void fcu_drive_pin(Chip *chip, int32_t port, int32_t pin, int32_t level);
-/* Return -1 if the pin has no output level, no pull resistor, or no alternate function. */
+/* Return the pin's output level, pull resistor or alternate function; -1: none. */
 int32_t fcu_pin_output(const Chip *chip, int32_t port, int32_t pin);
 int32_t fcu_pin_pull(const Chip *chip, int32_t port, int32_t pin);
 int32_t fcu_pin_alternate(const Chip *chip, int32_t port, int32_t pin);
-/* line is 16 or above: an internal signal. */
+/* Set the level of an internal signal, which is a line number of 16 or above. */
 void fcu_set_exti_line(Chip *chip, int32_t line, int32_t level);
 
 /* -- timers by index: tim.c --------------------------------------------------------------------------- */
@@ -201,11 +207,11 @@ int32_t fcu_timer_pwm(const Chip *chip, int32_t index, int32_t channel, double *
 void fcu_connect_usarts(Chip *chip, const UsartCalls *calls);
 /* Connect a terminal to the transmitter at this pin. */
 void fcu_usart_wire(Chip *chip, int32_t index, int32_t port, int32_t pin, int32_t function, int32_t baud);
-/* Pass all bytes sent so far to sent(). */
+/* Pass all bytes that the USART has sent so far to the callback sent(). */
 void fcu_usart_flush(Chip *chip, int32_t index);
-/* Set num / den to the length of a frame in ps. Return 0 without bit clock. */
+/* Set *num / *den to the duration of a frame in ps. Return 0 if there is no bit clock. */
 int32_t fcu_usart_frame(const Chip *chip, int32_t index, int64_t *num, int64_t *den);
-/* Return the next time of TXE or TC. */
+/* Return the next time at which TXE or TC is set. */
 int64_t fcu_usart_next_change(Chip *chip, int32_t index);
 /* Return 0 if the byte is lost by overrun. */
 int32_t fcu_usart_receive(Chip *chip, int32_t index, int32_t value);
@@ -213,20 +219,21 @@ void fcu_usart_line_idle(Chip *chip, int32_t index);
 
 /* -- DMA request lines (enum Request): dma.c ---------------------------------------------------------- */
 
-/* Return 1 if a stream has made the transfer. The second function returns NDTR of the stream. */
+/* fcu_dma_request() returns 1 if a stream has made the transfer; fcu_dma_remaining() returns NDTR of the
+ * stream. */
 int32_t fcu_dma_request(Chip *chip, int32_t line);
 uint32_t fcu_dma_remaining(const Chip *chip, int32_t line);
 
 /* -- registers of the sensors: sensor_registers.c; I2C: i2c.c, i2c_wire.c ----------------------------------------- */
 
 SensorRegisters *fcu_connect_targets(Chip *chip, const TargetCalls *calls);
-/* version: address of the sensor's version counter, which must stay valid. increment_bit: the bit of a
- * sub-address that selects increments, or 0. Return -1 if there are too many targets; Python then handles
- * the reads. */
+/* version: address of the sensor's version counter; it must stay valid. increment_bit: the bit of a
+ * sub-address that selects its increment, or 0. Return -1 if there are too many targets; Python then
+ * handles the reads. */
 int32_t fcu_add_target(Chip *chip, const uint64_t *version, int32_t increment_bit);
 /* number: 0 for I2C1. speed_hz: the initial speed. shortest_ps: the shortest period of the bus. */
 void fcu_connect_i2c(Chip *chip, int32_t number, const I2cCalls *calls, int64_t speed_hz, int64_t shortest_ps);
-/* which: 0 for SCL, 1 for SDA. An I2C for which no pin is set is always connected. */
+/* which: 0 for SCL, 1 for SDA. An I2C is always connected if no pin is set for it. */
 void fcu_i2c_pin(Chip *chip, int32_t number, int32_t which, int32_t port, int32_t pin, int32_t function);
 I2cWire *fcu_i2c_wire(Chip *chip, int32_t number);
 
@@ -238,8 +245,9 @@ void fcu_connect_spi(Chip *chip, int32_t spi, const SpiCalls *calls);
 void fcu_add_spi_sensor(Chip *chip, int32_t spi, int32_t port, int32_t pin, int32_t target);
 /* Add a module that is not fitted. on_access() is called once, when firmware first sends to it. */
 void fcu_add_absent_spi_device(Chip *chip, int32_t spi, int32_t port, int32_t pin, void (*on_access)(int64_t now_ps));
-/* Take the oldest recorded message, or the oldest byte that was sent while no chip select was low. Return 0
- * if there is none. Only the latest SPI_RECENT are recorded. */
+/* fcu_take_spi_message() takes the oldest recorded message; fcu_take_spi_unaddressed() takes the oldest
+ * byte that was sent while no chip select was low. They return 0 if there is none. Only the latest
+ * SPI_RECENT messages and bytes are recorded. */
 int32_t fcu_take_spi_message(Chip *chip, int32_t spi, SpiMessage *message);
 int32_t fcu_take_spi_unaddressed(Chip *chip, int32_t spi, SpiUnaddressed *unaddressed);
 

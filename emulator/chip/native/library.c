@@ -6,7 +6,8 @@
 #define COMPILER ""
 #endif
 
-/* emulator/chip/native/__init__.py finds this string in the file. Exported, or a linker might remove it. */
+/* emulator/chip/native/__init__.py finds this string in the file. The function is exported, because a
+ * linker might remove it otherwise. */
 __attribute__((visibility("default"))) const char *library_built_from(void) {
   return "fcu library [" SOURCES "] built with [" COMPILER "] [" __VERSION__ "]";
 }

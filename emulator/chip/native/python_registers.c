@@ -1,8 +1,10 @@
-/* Cache of registers in Python, because a call of Python takes as long as hundreds of instructions.
+/* Cache of registers in Python. It saves calls of Python, each of which takes as long as hundreds of
+ * instructions.
  *
- * The value of a read without side effects is valid until the time returned with it, or until a call that may
- * change a register in Python. Addresses without register or clock are reported once, then ignored in C.
- * Entries with the same hash replace each other.
+ * For a read without side effects, Python returns a value and the time until which this value is valid. A
+ * call that may change a register in Python ends this validity earlier. An access to an address without
+ * register or clock is reported once; then C ignores further accesses. Entries with the same hash replace
+ * each other.
  */
 #include "bus.h"
 #include "fcu.h"
@@ -20,7 +22,8 @@ bool python_registers_is_ignored(const Chip *chip, uint32_t address, enum Ignore
 }
 
 void python_registers_ignore(Chip *chip, uint32_t address, enum IgnoreReason kind) {
-  /* the replaced address must be reported again, so its cached value must not be used */
+  /* this entry may replace another address, which must be reported again, so its cached value must not be
+     used */
   poll_skip_invalidate(&chip->poll_skip);
   chip->python_registers.ignored[hash(address, IGNORED_SLOTS)] = address | kind;
 }

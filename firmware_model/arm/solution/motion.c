@@ -1,17 +1,17 @@
 /* Altitude, eCompass and hard-iron calibration, as on the slides.
  *
- * Each right-hand side is computed in double, as by math.h, and stored in a float, which the
- * next line reads. A float is precise enough for six printed decimals of an angle.
+ * Each right-hand side is computed in double, like the functions of math.h, and stored in a float
+ * for the next line. A float is precise enough for six printed decimals of an angle.
  */
 #include "motion.h"
 
 #include <math.h>
 
-#define MU 1.0 /* weight of Gx in the roll, 0.01..1: a small one follows the true roll, a large
-                  one stays calm near 90 deg pitch */
+#define MU 1.0 /* weight of Gx in the roll, 0.01..1: a small MU follows the true roll,
+                  a large MU stays calm near 90 deg pitch */
 #define DEGREES (180 / M_PI)
 #define KELVIN 273.15
-#define LAPSE_RATE 0.0065 /* K/m, the standard atmosphere's */
+#define LAPSE_RATE 0.0065 /* K/m, in the standard atmosphere */
 #define EXPONENT (1 / 5.257)
 
 float pitch, roll, azimuth;

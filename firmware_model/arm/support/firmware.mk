@@ -16,10 +16,10 @@ SUPPORT_SOURCES := $(filter-out %/sensor_bus_i2c2.c %/sensor_bus_spi2.c,$(sort $
                    $(SUPPORT)/sensor_bus_$(bus).c
 OBJECTS := $(addprefix $(BUILD)/,$(SOURCES:.c=.o) $(addprefix support/,$(notdir $(SUPPORT_SOURCES:.c=.o))))
 
-# The compiler reads its options from files, which `fcu build` gives it as well, without make.
-# In compile.options, int32_t is int, as on a PC, and not newlib's long int of the same size: so %d, with which the
-# slides print it, is what -Wformat expects, and each warning is about a mistake.
-# In link.options, -u _printf_float: without it the small C library prints nothing for %f.
+# The compiler reads its options from files. `fcu build`, which does not use make, gives the compiler the same files.
+# compile.options makes int32_t an int, as on a PC, instead of newlib's long int of the same size. The slides print
+# int32_t with %d, so -Wformat then warns about mistakes only.
+# link.options has -u _printf_float, because otherwise the small C library prints nothing for %f.
 CPU := @$(SUPPORT)/cpu.options
 CFLAGS := $(CPU) $(OPT) @$(SUPPORT)/compile.options -I$(SUPPORT) $(if $(filter spi2,$(bus)),-DSENSORS_ON_SPI2) \
           $(EXTRA_CFLAGS)

@@ -1,5 +1,5 @@
-/* Functions that the C library needs: memory for the digits of a %f, between the variables and
- * the stack, and an endless loop for a failed assertion of the library (out of that memory).
+/* Functions that the C library needs. _sbrk() gives memory for the digits of a %f, between
+ * variables and stack. __assert_func() loops forever if an assertion fails: this memory is used up.
  */
 #include <errno.h>
 #include <stddef.h>

@@ -1,4 +1,4 @@
-/* LIS2MDL: set-up and readings. Registers: LIS2MDL datasheet, section 8. Three-wire SPI is its state after reset. */
+/* LIS2MDL: set-up and readings. Registers: LIS2MDL datasheet, section 8. After reset it uses three-wire SPI. */
 #include "lis2mdl.h"
 
 #include "conversion.h"

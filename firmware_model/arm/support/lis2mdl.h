@@ -5,7 +5,7 @@
 #include "axes.h"
 #include "sensor_bus.h"
 
-/* Identifies the sensor and sets it up; it stays idle. Returns COMPONENT_ERROR if it is absent. */
+/* Identifies the sensor and sets it up; the sensor stays idle. Returns COMPONENT_ERROR if it is absent. */
 DrvStatusTypeDef LIS2MDL_Init(void);
 
 /* Start continuous measurement. */

@@ -1,7 +1,7 @@
 /* LSM6DSL: set-up and readings. Registers: LSM6DSL datasheet, sections 9 and 10.
  *
  * The order of the steps is that of ST's driver. Over SPI, a write first selects three wires,
- * and another one switches the I2C interface off, as in ST's driver. Over I2C both steps are
+ * and a later write switches the I2C interface off, as in ST's driver. Over I2C both steps are
  * omitted.
  */
 #include "lsm6dsl.h"
@@ -49,7 +49,7 @@ static DrvStatusTypeDef Update(uint8_t reg, uint8_t mask, uint8_t value)
   return Sensor_IO_Update(&lsm6dsl, reg, mask, value);
 }
 
-/* Accelerometer and gyroscope are set up by the same first steps, and at the end by the output
+/* The first steps are the same for accelerometer and gyroscope. The next two write the output
  * data rate 0 (power-down) and the range. */
 static DrvStatusTypeDef Init(uint8_t control, uint8_t full_scale)
 {

@@ -6,7 +6,7 @@
 #include "sensor_bus.h"
 
 /* Identify the sensor and set up accelerometer or gyroscope, which stays powered down. They
- * return COMPONENT_ERROR if it is absent. */
+ * return COMPONENT_ERROR if the sensor is absent. */
 DrvStatusTypeDef LSM6DSL_X_Init(void);
 DrvStatusTypeDef LSM6DSL_G_Init(void);
 

@@ -14,7 +14,7 @@ typedef struct {
   uint16_t cs_pin;
 } SensorDevice;
 
-/* Whether the sensors are on SPI2: three wires and chip selects instead of addresses. */
+/* 1 if the sensors are on SPI2, which has three wires and chip selects instead of addresses. */
 #ifdef SENSORS_ON_SPI2
 #define SENSORS_USE_SPI 1
 extern SPI_HandleTypeDef hspi2;
@@ -30,7 +30,7 @@ void MX_SensorBus_Init(void);
 DrvStatusTypeDef Sensor_IO_Read(const SensorDevice *device, uint8_t reg, uint8_t *data, uint16_t size);
 DrvStatusTypeDef Sensor_IO_Write(const SensorDevice *device, uint8_t reg, uint8_t value);
 
-/* Changes a field (mask and value in place) with exactly one read and one write. */
+/* Changes a field with exactly one read and one write; mask and value are at its bit position. */
 DrvStatusTypeDef Sensor_IO_Update(const SensorDevice *device, uint8_t reg, uint8_t mask, uint8_t value);
 
 /* Returns COMPONENT_OK if the identification register has the expected value. */

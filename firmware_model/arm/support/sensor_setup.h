@@ -6,7 +6,7 @@
  * another identity. */
 void initializeAllSensors(void);
 
-/* Start each sensor and say so. */
+/* Start each sensor and print a line about it. */
 void enableAllSensors(void);
 
 /* Set the output rates, ranges and filters of the lab. */

@@ -5,11 +5,11 @@
 #include "stm32f4xx_hal_def.h"
 
 #define NVIC_PRIORITYGROUP_4 3U /* four bits of pre-emption priority, none of sub-priority */
-#define TICK_INT_PRIORITY 0U    /* time-outs inside other interrupts need a tick above them */
+#define TICK_INT_PRIORITY 0U    /* above other interrupts, because their time-outs need the tick */
 
 void HAL_NVIC_SetPriorityGrouping(uint32_t PriorityGroup);
 
-/* Priority 0 (highest) to 15. With group 4, the lab's, the sub-priority has no bits. */
+/* Priority 0 (highest) to 15. With group 4, which the lab uses, the sub-priority has no bits. */
 void HAL_NVIC_SetPriority(IRQn_Type IRQn, uint32_t PreemptPriority, uint32_t SubPriority);
 
 void HAL_NVIC_EnableIRQ(IRQn_Type IRQn);

@@ -15,8 +15,8 @@ typedef enum { HAL_OK = 0, HAL_ERROR = 1, HAL_BUSY = 2, HAL_TIMEOUT = 3 } HAL_St
 /* Ticks of 1 ms since HAL_Init; counted by the SysTick interrupt. */
 uint32_t HAL_GetTick(void);
 
-/* Returns whether more than timeout_ms have passed since tickstart: never with HAL_MAX_DELAY, at
- * once with 0. */
+/* Returns 1 if more than timeout_ms have passed since tickstart. With HAL_MAX_DELAY the result
+ * is always 0, with a time-out of 0 always 1. */
 static inline int HAL_Expired(uint32_t tickstart, uint32_t timeout_ms)
 {
   if (timeout_ms == HAL_MAX_DELAY) {

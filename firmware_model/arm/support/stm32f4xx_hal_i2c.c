@@ -1,11 +1,11 @@
 /* I2C as a polling master (RM0368 section 18.3.3).
  *
  * Decision: bytes are received in pairs. BTF shows that one byte waits in DR and the next one in the shift register,
- * while the clock is stretched; then both are read. This waits half as often as a check of RXNE for each byte does.
- * The last three bytes must be read while BTF is set: the clock is stretched then, so that an interrupt cannot change
- * which byte gets the acknowledge bit and the stop.
+ * while the clock is stretched; then both bytes are read. So the code waits half as often as with a check of RXNE for
+ * each byte. The last three bytes must be read while BTF is set: the clock is stretched then, so that an interrupt
+ * cannot change which byte gets the acknowledge bit and the stop.
  *
- * CR1 is always written as a whole. This code sets only START, STOP, ACK and POS, and each of its writes sets all
+ * CR1 is always written as a whole. This code changes only START, STOP, ACK and POS; each write gives a value to all
  * four.
  */
 #include "stm32f4xx_hal.h"
@@ -30,7 +30,7 @@ HAL_StatusTypeDef HAL_I2C_Init(I2C_HandleTypeDef *hi2c)
   uint32_t pclk1 = HAL_RCC_GetPCLK1Freq();
   uint32_t pclk1_mhz = pclk1 / 1000000U;
   uint32_t speed = hi2c->Init.ClockSpeed;
-  uint32_t divider; /* clock periods of PCLK1 in a bit that CCR does not count */
+  uint32_t divider; /* Hz; CCR is PCLK1 / divider, rounded up */
 
   regs->CR1 = 0;
   regs->CR2 = pclk1_mhz;
@@ -110,7 +110,7 @@ static HAL_StatusTypeDef WaitFor(Transfer *transfer, uint32_t flag)
   }
 }
 
-/* Sends a start or repeated start condition, then the address. On return ADDR is set and holds the clock. */
+/* Sends a start or repeated start condition, then the address. On return ADDR is set and stretches the clock. */
 static HAL_StatusTypeDef Address(Transfer *transfer, uint32_t address)
 {
   transfer->regs->CR1 = transfer->enabled | I2C_CR1_ACK | I2C_CR1_START;
@@ -174,7 +174,7 @@ static HAL_StatusTypeDef ReceiveOne(Transfer *transfer, uint8_t *data)
   return status;
 }
 
-/* Both bytes wait under BTF, and the second is not acknowledged: set the stop, then read them. */
+/* While BTF is set, both bytes wait; the second is not acknowledged. Sets the stop, then reads both. */
 static HAL_StatusTypeDef TakeLastTwo(Transfer *transfer, uint8_t *data)
 {
   HAL_StatusTypeDef status = WaitFor(transfer, I2C_SR1_BTF);
@@ -188,7 +188,7 @@ static HAL_StatusTypeDef TakeLastTwo(Transfer *transfer, uint8_t *data)
 
 static HAL_StatusTypeDef ReceiveTwo(Transfer *transfer, uint8_t *data)
 {
-  transfer->regs->CR1 = transfer->enabled | I2C_CR1_POS; /* the missing acknowledge is for the second byte */
+  transfer->regs->CR1 = transfer->enabled | I2C_CR1_POS; /* the second byte is not acknowledged */
   ClearAddr(transfer);
   return TakeLastTwo(transfer, data);
 }
@@ -208,8 +208,8 @@ static HAL_StatusTypeDef ReceiveMany(Transfer *transfer, uint8_t *data, uint32_t
       *data++ = (uint8_t)transfer->regs->DR;
     }
   }
-  /* Byte N-2 is in DR, N-1 in the shift register. The missing acknowledge is for N, which starts
-     when N-2 is read. */
+  /* Byte N-2 is in DR, byte N-1 in the shift register. Byte N, which starts when byte N-2 is
+     read, is not acknowledged. */
   HAL_StatusTypeDef status = WaitFor(transfer, I2C_SR1_BTF);
   if (status != HAL_OK) {
     return status;

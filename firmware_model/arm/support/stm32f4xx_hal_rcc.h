@@ -7,7 +7,7 @@
 #define HSE_VALUE 16000000U /* the board's crystal */
 #define HSI_VALUE 16000000U
 
-/* Frequency of the core and the AHB in Hz, kept by HAL_RCC_ClockConfig. */
+/* Frequency of the core and the AHB in Hz, updated by HAL_RCC_ClockConfig. */
 extern uint32_t SystemCoreClock;
 
 typedef struct {
@@ -78,8 +78,8 @@ uint32_t HAL_RCC_GetHCLKFreq(void);
 uint32_t HAL_RCC_GetPCLK1Freq(void);
 uint32_t HAL_RCC_GetPCLK2Freq(void);
 
-/* Switches a peripheral's clock on and waits until it runs: two cycles, which the read takes
- * (RM0368 6.2.12). */
+/* Switches a peripheral's clock on and waits until the clock runs. This takes two cycles, as
+ * long as the read does (RM0368 6.2.12). */
 static inline void HAL_RCC_Enable(volatile uint32_t *enable_register, uint32_t bit)
 {
   *enable_register |= bit;

@@ -7,8 +7,8 @@
  * then cause an overrun.
  *
  * The wait is 64 DSB, at least 64 cycles of 84 MHz. A bit takes 32 cycles at prescaler 16 on
- * APB1 (HCLK / 2), so SPE falls after the second of eight bits; at prescalers 8 and 32 it still
- * falls inside the byte.
+ * APB1 (HCLK / 2), so SPE is cleared after the second of eight bits. At prescalers 8 and 32 SPE is
+ * still cleared inside the byte.
  *
  * CR1 is always written as a whole. Besides the settings, this code sets only SPE and BIDIOE.
  */
@@ -81,7 +81,7 @@ HAL_StatusTypeDef HAL_SPI_Transmit(SPI_HandleTypeDef *hspi, const uint8_t *pData
 }
 
 /* Written without .rept, because the compiler counts lines to find out how far a branch over
- * them must reach. */
+ * these instructions must reach. */
 #define EIGHT_DSB "dsb\n\tdsb\n\tdsb\n\tdsb\n\tdsb\n\tdsb\n\tdsb\n\tdsb\n\t"
 
 /* SPE high for 64 DSB: long enough for the byte to begin, too short for another one. */
@@ -106,8 +106,8 @@ HAL_StatusTypeDef HAL_SPI_Receive(SPI_HandleTypeDef *hspi, uint8_t *pData, uint1
   HAL_StatusTypeDef status = HAL_OK;
 
   hspi->State = HAL_SPI_STATE_BUSY;
-  regs->CR1 = listening | SPI_CR1_BIDIOE; /* SPE is cleared before the direction changes, for the
-                                             same reason */
+  regs->CR1 = listening | SPI_CR1_BIDIOE; /* SPE is cleared before the direction changes, as in
+                                             HAL_SPI_Transmit */
   regs->CR1 = listening;
   for (; Size > 0U && status == HAL_OK; Size--) {
     ClockOneByte(regs, listening);

@@ -41,8 +41,8 @@ typedef struct {
  * have. */
 HAL_StatusTypeDef HAL_SPI_Init(SPI_HandleTypeDef *hspi);
 
-/* They return HAL_BUSY if the handle is in use, and HAL_TIMEOUT if a flag is not set in time
- * (ms). */
+/* They return HAL_BUSY if the handle is in use, and HAL_TIMEOUT if a flag is not set within
+ * Timeout ms. */
 HAL_StatusTypeDef HAL_SPI_Transmit(SPI_HandleTypeDef *hspi, const uint8_t *pData, uint16_t Size, uint32_t Timeout);
 
 /* Receives exactly Size bytes, at prescalers 8 to 32 (see the source). */

@@ -20,7 +20,7 @@ HAL_StatusTypeDef HAL_UART_Init(UART_HandleTypeDef *huart)
   regs->CR1 = 0;
   regs->CR2 = init->StopBits;
   regs->CR3 = init->HwFlowCtl;
-  regs->BRR = (clock + init->BaudRate / 2U) / init->BaudRate; /* nearest, in sixteenths (RM0368 19.3.4) */
+  regs->BRR = (clock + init->BaudRate / 2U) / init->BaudRate; /* rounded to the nearest sixteenth (RM0368 19.3.4) */
   regs->CR1 = init->WordLength | init->Parity | init->Mode | init->OverSampling | USART_CR1_UE;
   huart->gState = HAL_UART_STATE_READY;
   huart->RxState = HAL_UART_STATE_READY;

@@ -35,8 +35,8 @@ typedef struct {
 /* The peripheral's clock and its pins must be set up before. */
 HAL_StatusTypeDef HAL_UART_Init(UART_HandleTypeDef *huart);
 
-/* Blocks until the last bit has been sent. Returns HAL_BUSY if another call is sending (this
- * text is then lost), HAL_TIMEOUT after Timeout ms. */
+/* Blocks until the last bit has been sent. Returns HAL_BUSY if another call is sending (the new
+ * text is then lost), and HAL_TIMEOUT after Timeout ms. */
 HAL_StatusTypeDef HAL_UART_Transmit(UART_HandleTypeDef *huart, const uint8_t *pData, uint16_t Size, uint32_t Timeout);
 
 /* Blocks until Size bytes have been received. */

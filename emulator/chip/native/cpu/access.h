@@ -1,15 +1,15 @@
-/* The fast path of loads and stores: RAM, and constants in flash, without checks.
+/* The fast path of loads and stores. It handles RAM and constants in flash, without checks.
  *
- * If it fails, the operation's slow path calls sync_state() (dispatch.h), then core_read() or core_write(), which
- * handle all cases.
+ * If the fast path fails, the operation's slow path calls sync_state() (dispatch.h), then core_read() or
+ * core_write(), which handle all cases.
  */
 #ifndef FCU_ACCESS_H
 #define FCU_ACCESS_H
 
 #include "cpu/dispatch.h"
 
-/* Return false, without effect, if the slow path is needed. The last three bytes of a memory always need
- * it. */
+/* If the slow path is needed, do nothing and return false. The final three bytes of a memory always need
+ * the slow path. */
 #define DEFINE_FAST_ACCESS(bits, type)                                                   \
   INLINE bool load##bits(const Core *core, uint32_t address, uint32_t *value) {          \
     type data;                                                                           \
@@ -49,8 +49,9 @@ INLINE bool is_aligned(const Core *core, uint32_t address) {
 }
 static inline bool is_aligned_slow(Core *core, uint32_t address) { return core_is_aligned(core, address); }
 
-/* Define an operation that calls access(core, insn, address), and its slow path, which calls access_slow().
- * `afterwards` runs only after success: a fault leaves the base register unchanged. */
+/* Define an operation that calls access(core, insn, address), and its slow path, which calls
+ * access_slow(). `afterwards` runs only after success, because a fault must leave the base register
+ * unchanged. */
 #define DEFINE_ACCESS(name, access, to, afterwards)  \
   SLOW_OPERATION(name##_slow) {                      \
     uint32_t address = to;                           \

@@ -46,14 +46,14 @@ OPERATION(bx) {
   TAIL enter_block(core, next, budget);
 }
 
-/* BX PC branches to an address with bit 0 clear, which selects the ARM state. The chip lacks it, so the
- * next fetch faults. */
+/* BX PC branches to an address whose bit 0 is 0, which selects the ARM state. The chip does not have this
+ * state, so the next fetch faults. */
 OPERATION(bx_pc) {
   const Insn *next = bx_write_pc(core, insn->imm);
   TAIL enter_block(core, next, budget);
 }
 
-/* BLXWritePC (A2.3.1): no exception returns. */
+/* BLXWritePC (A2.3.1): BLX cannot return from an exception. */
 OPERATION(blx) {
   const Insn *next = blx_write_pc(core, core->r[insn->m]);
   core->r[14] = insn[1].address | 1;

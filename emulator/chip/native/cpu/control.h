@@ -6,8 +6,8 @@
 
 /* Return an operation that skips insn->shift steps if the condition does not hold (A7.3.1). */
 Operation skip_unless(unsigned condition);
-/* Return an operation that sets core->it_mask for the even condition of a pair; for the odd one insn->a
- * inverts the mask. */
+/* Return an operation that sets core->it_mask for the even condition of a pair; for the odd condition
+ * insn->a inverts the mask. */
 Operation mask_operation(unsigned condition);
 
 #endif

@@ -1,7 +1,7 @@
 /* A Cortex-M4F: its state, and declarations shared by this folder.
  *
- * Each instruction is decoded once, into an Insn with the function that executes it (ARMv7-M ARM chapter A7), and
- * kept in basic blocks.
+ * Each instruction is decoded once, into an Insn with the function that executes the instruction (ARMv7-M ARM
+ * chapter A7). The Insns are kept in basic blocks.
  */
 #ifndef FCU_CORE_H
 #define FCU_CORE_H
@@ -43,17 +43,17 @@ struct Insn {
 
 /* Set by the decoders for the block builder. */
 enum InsnFlag {
-  PREDICATED = 1,    /* executed if it_mask is set; a inverts the mask */
+  PREDICATED = 1,    /* executed if it_mask is set; field a inverts the mask */
   ENDS_BLOCK = 2,    /* may write PC or end the run */
-  DIRECT_BRANCH = 4, /* its target is imm */
+  DIRECT_BRANCH = 4, /* the target is imm */
   UNCONDITIONAL = 8, /* ignores the condition of its IT block */
   IS_IT = 16,        /* imm: ITSTATE */
   READS_PC = 32,     /* has R15 as an operand, which is UNPREDICTABLE */
   WRITES_SP = 64,    /* writes SP or PC, whose lowest bits must be cleared (B1.4.1) */
-  LITERAL = 128,     /* loads the word at imm to d */
+  LITERAL = 128,     /* loads the word at address imm into d */
 };
 
-enum { NPRIV = 1, SPSEL = 2, FPCA = 4, FLOATING_CONTEXT = 12 }; /* CONTROL; bit 3 as in the reference engine */
+enum { NPRIV = 1, SPSEL = 2, FPCA = 4, FLOATING_CONTEXT = 12 }; /* CONTROL; bit 3 is as in the reference engine */
 
 enum Shift { LSL, LSR, ASR, ROR, RRX }; /* SRType (A7.4.2) */
 
@@ -61,11 +61,11 @@ enum Shift { LSL, LSR, ASR, ROR, RRX }; /* SRType (A7.4.2) */
 enum Stop {
   STOP_SLICE,      /* counter has reached limit */
   STOP_BREAKPOINT, /* pc is at the instruction */
-  STOP_WFI,        /* pc is after the instruction; so it is for STOP_WFE and STOP_SVC */
+  STOP_WFI,        /* pc is after the instruction, as for STOP_WFE and STOP_SVC */
   STOP_WFE,
   STOP_SVC,
-  STOP_BKPT,             /* on the instruction */
-  STOP_EXCEPTION_RETURN, /* EXC_RETURN loaded into PC */
+  STOP_BKPT,             /* pc is at the instruction */
+  STOP_EXCEPTION_RETURN, /* EXC_RETURN was loaded into PC */
   STOP_UNDEFINED,        /* pc is at the instruction, as for all stops below */
   STOP_INVALID_STATE,
   STOP_NO_COPROCESSOR,
@@ -110,7 +110,8 @@ struct Core {
   uint32_t ram_load_limit, ram_store_limit, flash_load_limit;
   uint32_t it_mask; /* -1 if the condition holds, else 0 */
   uint32_t slow_stores;
-  /* The CORE_STATE_SIZE bytes from here to fpscr determine, with the memory, what a program does. */
+  /* Together with the memory, the CORE_STATE_SIZE bytes from here to fpscr determine a program's
+     behaviour. */
   uint32_t r[16]; /* 13: SP in use; 15: next instruction */
   union {
     struct {
@@ -123,13 +124,13 @@ struct Core {
   uint32_t itstate; /* 0 outside of IT blocks */
   uint32_t ipsr;
   uint32_t primask, basepri, faultmask, control;
-  uint32_t sp[2]; /* MSP and PSP; outdated for the pointer in use */
+  uint32_t sp[2]; /* MSP and PSP; the value of the pointer in use is outdated */
   uint32_t s[32];
   uint32_t fpscr;
   uint32_t exclusive, exclusive_address, exclusive_value; /* local monitor (A3.4.1) */
   Chip *chip;
   DecodeCache *decode_cache;
-  Memory code; /* at PC */
+  Memory code; /* the memory at PC */
   Memory memory[MEMORIES];
   ValueLog *value_log; /* NULL: none */
   uint32_t watching;
@@ -140,7 +141,7 @@ struct Core {
 
 /* -- run_loop.c ------------------------------------------------------------------------------------------ */
 
-/* End the run at this count. Call it in an access or at the end of a chain. */
+/* End the run at this count. Call this function in an access or at the end of a chain. */
 static inline void core_set_limit(Core *core, uint64_t limit) { core->limit = limit; }
 /* Return whether an exception is enabled and pending. */
 bool core_exception_pending(const Core *core);
@@ -152,16 +153,16 @@ void core_invalidate_code(Core *core, uint32_t address, uint32_t size);
 
 /* -- functions of bus.c, after a call of sync_state() -------------------------------------------------- */
 
-/* Return false if the address has no memory; the run then stops on the instruction. size is 1, 2 or 4.
- * Unaligned accesses are split as on the bus. A register access may lower core->limit and discard decoded
- * code. */
+/* Return false if the address has no memory; the run then stops at the instruction. size is 1, 2 or 4.
+ * Unaligned accesses are split as the bus splits them. A register access may lower core->limit and discard
+ * decoded code. */
 bool core_read(Core *core, uint32_t address, unsigned size, uint32_t *value);
 bool core_write(Core *core, uint32_t address, unsigned size, uint32_t value);
 /* Return false after a fault. LDM, STM, LDRD, STRD and VFP transfers must be aligned regardless of CCR
  * (A3.2.1). */
 bool core_is_aligned(Core *core, uint32_t address);
-/* Discard decoded code that a write to RAM has changed. The fast path of stores is off while RAM has
- * decoded code. */
+/* Discard decoded code that a write to RAM has changed. The fast path of stores is off while decoded code
+ * from RAM exists. */
 void core_ram_written(Core *core, uint32_t address, uint32_t size);
 /* Return NULL for an address outside of the memory. */
 const uint8_t *core_bytes_at(const Core *core, uint32_t address, uint32_t size);
@@ -198,7 +199,7 @@ bool decode_memory32(uint32_t address, uint16_t first, uint16_t second, Insn *in
 bool decode_control16(uint32_t address, uint16_t first, Insn *insn);
 bool decode_control32(uint32_t address, uint16_t first, uint16_t second, Insn *insn);
 bool decode_dsp(uint16_t first, uint16_t second, Insn *insn);
-/* While CPACR disables the FPU, its instructions run no_coprocessor(). */
+/* While CPACR disables the FPU, floating-point instructions call no_coprocessor(). */
 bool is_floating_point(uint16_t first, uint16_t second);
 void no_coprocessor(Core *core, const Insn *insn, int32_t budget);
 bool decode_vfp(uint32_t address, uint16_t first, uint16_t second, Insn *insn);

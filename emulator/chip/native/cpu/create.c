@@ -19,7 +19,7 @@ bool core_create(Core *core, Chip *chip, uint8_t *flash, uint8_t *ram, uint8_t *
   core->ram = ram;
   core->flash = flash;
   core->thumb = 1;
-  core->step_over = 1; /* no address of an instruction */
+  core->step_over = 1; /* no instruction has this address */
   bool made = decode_cache_create(core) && add_memory(core, FLASH_BASE, flash, FLASH_SIZE, false) &&
               add_memory(core, RAM_BASE, ram, RAM_SIZE, true) && add_memory(core, 0, flash, FLASH_SIZE, false) &&
               add_memory(core, SYSTEM_MEMORY_BASE, system, SYSTEM_MEMORY_SIZE, false);

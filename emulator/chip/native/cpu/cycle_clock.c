@@ -5,7 +5,7 @@
 
 typedef __int128 Wide;
 
-/* In lowest terms, so that products fit into 64 bits. extra must be 0. */
+/* Set num / den in lowest terms, so that products fit into 64 bits. extra must be 0. */
 static void set_rate(CycleClock *cycle_clock, int64_t hclk_hz) {
   int64_t num = cycle_clock->cycles_num * PS_PER_S, cycle = cycle_clock->cycles_den * PS_PER_S;
   int64_t den = cycle_clock->cycles_den * (hclk_hz > 0 ? hclk_hz : 1);

@@ -1,7 +1,7 @@
 /* 32-bit data processing (ARMv7-M ARM A5.3.1 to A5.3.3, A5.3.11). */
 #include "cpu/operations.h"
 
-/* TST to CMP have no d. MOV and MVN have no n (tables A5-10, A5-22). */
+/* The instructions TST to CMP have no d. MOV and MVN have no n (tables A5-10, A5-22). */
 static enum Alu alu_of(unsigned opcode, bool set_flags, const Insn *insn) {
   static const uint8_t alus[16] = {
       [0] = AND, [1] = BIC, [2] = ORR, [3] = ORN, [4] = EOR, [8] = ADD, [10] = ADC, [11] = SBC, [13] = SUB,
@@ -59,7 +59,7 @@ static bool decode_modified_immediate(uint16_t first, uint32_t imm12, Insn *insn
   return alu != NO_ALU;
 }
 
-/* With PC as n the instruction is ADR. */
+/* If n is PC, the instruction is ADR. */
 static void decode_addw_subw(uint32_t address, enum Alu alu, uint32_t imm12, Insn *insn) {
   insn->imm = imm12;
   if (insn->n == 15) {

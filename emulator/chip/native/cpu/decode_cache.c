@@ -32,8 +32,8 @@ OPERATION(resolve_link) {
   core->unresolved_link = insn;
 }
 
-/* Inserted before an instruction with R15 as an operand, although this is UNPREDICTABLE: here PC reads as
- * the instruction's address. */
+/* This step is inserted before an instruction with R15 as an operand. Such an operand is UNPREDICTABLE; in
+ * this model its value is the instruction's address. */
 COMPUTATION(set_pc, core->r[15] = insn->address)
 
 COMPUTATION(align_sp, core->r[13] &= ~3u)
@@ -107,8 +107,8 @@ static void emit_links(BlockBuilder *builder, const Insn *last) {
   }
 }
 
-/* If IT is the preceding step, it becomes the conditional skip of its first instruction; otherwise a skip
- * is inserted. */
+/* If the preceding step is IT, change this step into the conditional skip of the first instruction in the
+ * IT block. Otherwise insert a skip. */
 static Insn *emit_condition(BlockBuilder *builder) {
   Insn *before = builder->at - 1;
   Insn *condition = before->flags & IS_IT ? before : emit(builder, NULL);
@@ -149,9 +149,9 @@ static bool emit_next(BlockBuilder *builder, bool is_first, bool may_continue) {
   }
   Insn insn = decode_at(builder->core, memory, builder->address, builder->it), *condition = NULL;
   bool rest_of_it = it_advance(builder->it);
-  if (rest_of_it && insn.flags & ENDS_BLOCK) { /* end the block: a branch before the end of an IT block is
-                                                  UNPREDICTABLE, and other such instructions are rare, so they
-                                                  are executed one by one */
+  if (rest_of_it && insn.flags & ENDS_BLOCK) { /* end the block: before the end of an IT block a branch is
+                                                  UNPREDICTABLE, and other instructions that end a block are rare, so
+                                                  they are executed one by one */
     emit(builder, return_to_loop);
     return false;
   }
@@ -277,7 +277,7 @@ const Insn *decode_cache_block(Core *core, const Memory *memory, uint32_t addres
 
 const Insn *decode_cache_prefix(Core *core, const Insn *block, unsigned count) {
   Insn *prefix = core->decode_cache->prefix;
-  /* the rest, which is left out of the prefix, has at least this number of instructions */
+  /* `rest` is not copied to the prefix; it has at least this number of instructions */
   unsigned most = block->remaining - count;
   const Insn *rest = block;
   for (const Insn *insn = block + 1; insn->remaining >= most; insn++) {

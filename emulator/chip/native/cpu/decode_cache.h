@@ -1,8 +1,9 @@
 /* DecodeCache: basic blocks of decoded instructions, up to one that may change PC.
  *
- * A block begins at any address that execution has reached. Between the instructions it has other steps, such
- * as the conditions of IT blocks. It ends with a link to the following address, or with a return to the loop.
- * After a direct branch a second link leads to the target. A link is resolved when it is first used.
+ * A block can begin at any address that execution has reached. Besides instructions a block contains other
+ * steps, such as the conditions of IT blocks. It ends with a link to the following address, or with a return
+ * to the main loop. After a direct branch a second link leads to the target. A link is resolved when it is
+ * first used.
  *
  * When code changes or the storage is full, all blocks are discarded.
  */
@@ -16,13 +17,14 @@ enum CodeFlag { DECODED = 1, BREAKPOINT = 2, LOGGED = 4 };
 bool decode_cache_create(Core *core);
 void decode_cache_destroy(Core *core);
 
-/* Return the block at the address, and build it if it is missing. Resolve core->unresolved_link if it
- * leads to this address. */
+/* Return the block at the address, and build this block if it is missing. Resolve core->unresolved_link if
+ * this link leads to the address. */
 const Insn *decode_cache_block(Core *core, const Memory *memory, uint32_t address);
-/* Return at most `count` instructions of a block and a return to the loop, or NULL if an IT block does not
- * fit. */
+/* Return at most `count` instructions of a block, followed by a return to the main loop. Return NULL if an
+ * IT block does not fit. */
 const Insn *decode_cache_prefix(Core *core, const Insn *block, unsigned count);
-/* Return one instruction and a return to the loop. The caller checks the condition of core->itstate. */
+/* Return one instruction, followed by a return to the main loop. The caller checks the condition of
+ * core->itstate. */
 const Insn *decode_cache_single(Core *core, const Memory *memory, uint32_t address);
 
 static inline uint32_t address_after(const Memory *memory, uint32_t address) {

@@ -1,10 +1,10 @@
-/* Threaded code: an operation ends with a call of the next one, which becomes a jump. One shared jump in a loop
- * would be predicted badly. The arguments stay in host registers.
+/* Threaded code: an operation ends with a call of the next operation. The compiler turns this call into a jump.
+ * One jump in a loop, shared by all operations, would be predicted badly. The arguments stay in host registers.
  *
  * Instructions are counted when a block is entered: budget is the number of instructions that may begin after
- * this block. Inside a chain counter and r[15] are outdated, until sync_state() updates them (core->chain_end
- * is counter + budget; insn->remaining were counted in advance), and itstate is 0. run_loop.c divides a block
- * that exceeds the budget. The budget is at most MAX_CHAIN, because a compiler may turn the jumps into calls,
+ * this block. Inside a chain itstate is 0, and counter and r[15] are outdated until sync_state() updates them.
+ * core->chain_end is counter + budget; insn->remaining instructions were counted in advance. run_loop.c divides
+ * a block that exceeds the budget. The budget is at most MAX_CHAIN, because a compiler may keep the calls,
  * which use stack.
  */
 #ifndef FCU_DISPATCH_H
@@ -29,13 +29,13 @@
     __VA_ARGS__;                \
     NEXT;                       \
   }
-/* Separate functions keep registers of slow paths out of fast ones. */
+/* Slow paths are separate functions, so that fast paths do not save registers for them. */
 #define SLOW_OPERATION(name) __attribute__((noinline, cold)) OPERATION(name)
 #define INLINE static inline __attribute__((always_inline))
 
 #define NEXT TAIL insn[1].run(core, insn + 1, budget)
 
-/* Update counter and r[15]: other code may now read the state. */
+/* Update counter and r[15], so that other code may read the state. */
 INLINE void sync_state(Core *core, const Insn *insn, int32_t budget) {
   core->counter = core->chain_end - (uint64_t)(int64_t)budget - insn->remaining + 1;
   core->r[15] = insn->address;
@@ -47,8 +47,8 @@ INLINE void exit_chain(Core *core, uint32_t address, int32_t budget) {
   core->r[15] = address;
 }
 
-/* A block begins only if the budget covers its instructions. A link that is not resolved has none, so it
- * always runs. */
+/* A block begins only if the budget covers all its instructions. An unresolved link has no instructions,
+ * so it always runs. */
 INLINE void enter_block(Core *core, const Insn *insn, int32_t budget) {
   if (LIKELY(insn->remaining <= budget)) {
     TAIL insn->run(core, insn, budget - insn->remaining);
@@ -56,7 +56,7 @@ INLINE void enter_block(Core *core, const Insn *insn, int32_t budget) {
   exit_chain(core, insn->address, budget);
 }
 
-/* Continue after the executed instruction. sync_state() has been called. */
+/* Continue after the executed instruction. The caller has called sync_state(). */
 static inline void resume_chain(Core *core, const Insn *insn) {
   const Insn *next = insn + 1;
   uint64_t end = core->limit < core->chain_limit ? core->limit : core->chain_limit;
@@ -91,7 +91,8 @@ static inline void stop_after(Core *core, const Insn *insn, int32_t budget, enum
 
 /* -- branch targets, for enter_block() ---------------------------------------------------------------- */
 
-/* Return to the loop, which continues at r[15], or end the run with EXCEPTION_RETURN (run_loop.c). */
+/* exit_to_loop returns to the main loop, which continues at r[15]. exception_return ends the run with
+ * EXCEPTION_RETURN (run_loop.c). */
 extern const Insn exit_to_loop, exception_return;
 
 INLINE const Insn *block_at(Core *core, uint32_t target) {

@@ -1,7 +1,9 @@
-/* Division by a number that rarely changes, without the slow instruction: times are computed at every access.
+/* Division by a number that rarely changes. It avoids the slow division instruction, because times are computed at
+ * every access.
  *
- * The product of a dividend below 2^63 and the reciprocal, (2^64 - 1) / by rounded down, is too small by less than
- * one quotient. One correction makes it exact (Warren, Hacker's Delight, chapter 10).
+ * The reciprocal is (2^64 - 1) / by, rounded down. For a dividend below 2^63, the quotient from its product with
+ * the reciprocal is at most 1 too small. One correction makes the quotient exact (Warren, Hacker's Delight,
+ * chapter 10).
  */
 #ifndef FCU_DIVISION_H
 #define FCU_DIVISION_H

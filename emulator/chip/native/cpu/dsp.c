@@ -1,7 +1,7 @@
 /* Shifts by registers, extension, parallel and saturating arithmetic, bits and bytes (ARMv7-M ARM A5.3.12 to
  * A5.3.15).
  *
- * shift: the rotation before an extension.
+ * Field shift of an Insn: the rotation before an extension.
  */
 #include "cpu/dsp.h"
 
@@ -76,7 +76,7 @@ enum Result { MODULO, SATURATED, HALVED };
 typedef struct {
   unsigned width;
   bool low_subtracts, high_subtracts;
-  bool exchanged; /* the half-words of m (ASX, SAX) */
+  bool exchanged; /* the half-words of m are exchanged (ASX, SAX) */
 } Lanes;
 
 INLINE int32_t lane(uint32_t word, unsigned at, unsigned width, bool is_signed) {

@@ -1,13 +1,14 @@
 /* Exception entry and return (ARMv7-M ARM B1.5).
  *
- * An entry saves the frame, then takes the most urgent pending exception, which may have arrived late (B1.5.11). A
- * return enters a pending exception directly (tail-chaining, B1.5.12). A fault that may not preempt, or has no
- * handler enabled, becomes a HardFault (B1.5.14). A HardFault inside HardFault or NMI locks the core up (B1.5.15).
+ * An entry saves the frame, then takes the most urgent pending exception. This exception may have arrived after the
+ * entry began (B1.5.11). A return enters a pending exception directly (tail-chaining, B1.5.12). A fault becomes a
+ * HardFault if it may not preempt, or if its handler is not enabled (B1.5.14). A HardFault inside HardFault or NMI
+ * locks the core up (B1.5.15).
  *
- * Frames have eight words, or 26 with floating point (CONTROL.FPCA), aligned to eight bytes if CCR.STKALIGN is set,
- * and always with floating point. Bit 9 of the saved xPSR marks padding (B1.5.6 to B1.5.8). Decision: exception
- * entry saves S0 to S15 and FPSCR at once. A handler that restores the registers it changes cannot detect the
- * difference to lazy stacking (FPCCR.LSPEN).
+ * Frames have eight words, or 26 with floating point (CONTROL.FPCA). They are aligned to eight bytes if
+ * CCR.STKALIGN is set or if they have floating point. Bit 9 of the saved xPSR marks padding (B1.5.6 to B1.5.8).
+ * Decision: exception entry saves S0 to S15 and FPSCR at once. A handler that restores all registers it changes
+ * cannot detect the difference from lazy stacking (FPCCR.LSPEN).
  *
  * NOT MODELLED: an entry does not clear the exclusive monitor (A3.4); stores are never buffered, so all bus faults
  * are precise.
@@ -21,7 +22,7 @@
 
 enum { ENTRY_CYCLES = 12, RETURN_CYCLES = 10, CHAIN_CYCLES = 6 }; /* Cortex-M4 TRM 3.9 */
 enum { THREAD = 8, PROCESS_STACK = 4, BASIC_FRAME = 16 };         /* EXC_RETURN (table B1-8) */
-enum { TO_HANDLER = 1, TO_THREAD = 9, TO_PROCESS = 13 };          /* last four bits */
+enum { TO_HANDLER = 1, TO_THREAD = 9, TO_PROCESS = 13 };          /* lowest four bits of EXC_RETURN */
 enum { FRAME = 0x20, FLOATING_FRAME = 0x68, FLOATING_AREA = 0x20 };
 
 #define EXC_RETURN 0xFFFFFFE1u

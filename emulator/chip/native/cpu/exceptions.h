@@ -16,24 +16,24 @@ typedef struct {
 typedef struct {
   int64_t thread_ps;
   uint32_t exc_return;
-  uint32_t lowest_msp; /* of the main stack, at exception entries */
+  uint32_t lowest_msp; /* lowest main stack pointer after an exception entry */
   uint32_t locked_up;
   uint32_t locked_up_pc;
-  uint8_t entering; /* the frame is saved, the handler not chosen */
+  uint8_t entering; /* the frame is saved, but the handler is not chosen yet */
 } Exceptions;
 
 void exceptions_reset(Chip *chip);
 /* Called between instructions. Begin an entry if a pending exception preempts. */
 bool exceptions_take_pending(Chip *chip);
 bool exceptions_may_preempt(const Chip *chip);
-/* A pending exception ends WFI, as if PRIMASK were 0 (B1.5.19). */
+/* Return whether a pending exception ends WFI; PRIMASK counts as 0 (B1.5.19). */
 bool exceptions_end_wfi(const Chip *chip);
 void exceptions_finish_entry(Chip *chip);
 void exceptions_supervisor_call(Chip *chip);
 void exceptions_fault(Chip *chip, Fault fault);
 /* Return the fault for a stop; its exception is 0 if the stop is not a fault. */
 Fault exceptions_fault_for(const Chip *chip, enum Stop stop);
-/* Return from an exception; PC contains EXC_RETURN. The result is true for sleep on exit. */
+/* Return from an exception; PC contains EXC_RETURN. Return true if the core then sleeps (sleep on exit). */
 bool exceptions_return(Chip *chip);
 
 #endif

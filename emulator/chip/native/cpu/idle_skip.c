@@ -1,8 +1,8 @@
 /* Skipping of loops that wait for a variable: HAL_Delay(), while (!flag), while (1).
  *
- * These loops access no register. Therefore a long run without accesses is ended and checked. In a known
- * loop one iteration is executed. If registers and RAM are unchanged, whole iterations up to the next
- * event are counted instead of executed. New loops are found by single steps.
+ * These loops access no peripheral register. Therefore a long run without accesses is ended and checked. In a
+ * known loop one iteration is executed. If core registers and RAM are unchanged, whole iterations up to the
+ * next event are counted instead of executed. New loops are found by executing single instructions.
  *
  * Decision: idle loops are detected at the end of a run. A check at every backward branch would slow down
  * all loops.
@@ -15,7 +15,7 @@
 #define CHECK_INTERVAL 20000 /* maximum number of instructions in a run */
 #define CHECK_SOON 500       /* the same after a skipped loop: firmware may wait again soon */
 #define MAX_CHECK_INTERVAL 100000000
-#define SUSPECT_AFTER 500 /* instructions without an access */
+#define SUSPECT_AFTER 500 /* instructions without an access, after which a loop is suspected */
 #define LONGEST_LOOP 256
 #define PAUSE 1000000 /* instructions until the next search; doubled after each unsuccessful one */
 #define MAX_DOUBLINGS 5

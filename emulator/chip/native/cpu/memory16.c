@@ -32,7 +32,7 @@ bool decode_memory16(uint32_t address, uint16_t first, Insn *insn) {
     uint32_t list = bits(first, 7, 0) | bits(first, 8, 8) << (load ? 15 : 14);
     return decode_multiple(load, !load, true, 13, list, insn);
   }
-  default: { /* no write-back of a loaded base (A7.7.40) */
+  default: { /* a base register in the list is not written back (A7.7.40) */
     uint32_t list = bits(first, 7, 0);
     return decode_multiple(load, false, !load || !(list >> high & 1), high, list, insn);
   }

@@ -4,7 +4,8 @@
 #include "cpu/transfers.h"
 
 /* -- LDM, STM ------------------------------------------------------------------------------------------
- * imm is the register list (of a load: without PC); shift is the size of all words in bytes, with PC. */
+ * imm is the register list; in a load it does not include PC. shift is the size in bytes of all words,
+ * including PC. */
 
 #define LOWEST_IN(list) __builtin_ctz(list)
 #define FOR_EACH_IN(list, rest) for (uint32_t rest = (list); rest; rest &= rest - 1)

@@ -1,7 +1,7 @@
 /* Multiplication and division (ARMv7-M ARM A5.3.16, A5.3.17).
  *
  * 64-bit results: d is RdHi, a is RdLo. shift: bits 1 and 0 select the high halves of n and m; in dual instructions
- * bit 0 swaps m.
+ * bit 0 swaps the halves of m.
  */
 #include "cpu/dsp.h"
 

@@ -5,11 +5,11 @@
 #include "cpu/dispatch.h"
 
 /* The second operand: register m shifted by 1 to 32 (the values of enum Shift come first), m, or imm. A
- * logical operation leaves C unchanged with CONSTANT, and sets it to bit 31 with ROTATED_CONSTANT
- * (ThumbExpandImm_C, A5.3.2). */
+ * logical operation with CONSTANT leaves C unchanged; with ROTATED_CONSTANT it sets C to bit 31 of the
+ * constant (ThumbExpandImm_C, A5.3.2). */
 enum Operand { BY_LSL = LSL, BY_LSR, BY_ASR, BY_ROR, BY_RRX, UNSHIFTED, CONSTANT, ROTATED_CONSTANT, OPERANDS };
 
-/* MOV and MVN have no n. TST to CMP have no d, and always set flags. */
+/* MOV and MVN have no n. The instructions TST to CMP have no d, and always set flags. */
 enum Alu { NO_ALU, AND, BIC, ORR, ORN, EOR, ADD, ADC, SBC, SUB, RSB, MOV, MVN, TST, TEQ, CMN, CMP, ALUS };
 
 /* The caller has set d, n, m, imm and shift. */

@@ -1,10 +1,10 @@
 /* Skipping of poll loops.
  *
- * Each read of a polled register records the core's state. If registers and RAM equal an earlier state of
- * this run, and nothing in between had an effect, the loop repeats until one of the registers that it
- * reads may change. Whole iterations before that time are counted, not executed; the result is exact. A
- * log of changed words replaces copies of RAM. After a number of misses, this register is not compared for
- * a while.
+ * Each read of a polled register records the core's state. If the core's registers and RAM equal an earlier
+ * state of this run, and nothing in between had an effect, the loop repeats. The repetition ends when one of
+ * the polled registers may change. Whole iterations before that time are counted, not executed; the result is
+ * exact. A log of changed words makes copies of RAM unnecessary. After a number of unsuccessful comparisons
+ * at a register, comparisons pause for this register.
  */
 #include <string.h>
 
@@ -81,7 +81,7 @@ static PollState *find_state(Chip *chip) {
   return NULL;
 }
 
-/* Skip to the last read before the register's change. If the loop contains no other read, skip beyond the
+/* Skip to the final read before the register changes. If the loop contains no other read, skip beyond the
  * change. */
 static int64_t skip(Chip *chip, int64_t position, int64_t period, bool alone, bool *changed) {
   CycleClock *cycle_clock = &chip->cycle_clock;

@@ -1,7 +1,7 @@
 /* The main loop: runs of instructions between events, interrupts, sleep, faults and reset. A run consists
  * of chains of basic blocks (dispatch.h), or of single instructions.
  *
- * The order of simultaneous work is: events, debugger's halt, reset, exception entry, instruction. It
+ * The order of simultaneous work is: events, debugger's halt, reset, exception entry, instruction. This order
  * depends on virtual time only, not on the times at which runs end.
  */
 #ifndef FCU_RUN_LOOP_H

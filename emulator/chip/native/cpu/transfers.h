@@ -13,7 +13,7 @@ enum Form { OFFSET, REGISTER, LITERAL_FORM, PRE_INDEXED, POST_INDEXED, FORMS };
 bool decode_transfer(enum Transfer transfer, enum Form form, unsigned d, Insn *insn);
 void make_literal(Insn *insn, const uint8_t *bytes);
 
-/* before: DB if true, IA if false. */
+/* before: true for DB, false for IA. */
 bool decode_multiple(bool load, bool before, bool write_back, unsigned n, uint32_t list, Insn *insn);
 bool decode_dual(bool load, enum Form form, unsigned n, uint16_t second, uint32_t imm, Insn *insn);
 

@@ -49,7 +49,8 @@ static inline uint32_t from_float(float value) {
   return result;
 }
 
-/* ExecuteFPCheck(). A new context begins with FPSCR = FPDSCR, which is always 0 in this model. */
+/* ExecuteFPCheck(). A new context begins with FPSCR = 0, the reset value of FPDSCR, even if FPDSCR has
+ * changed. */
 static inline void use_floating_point(Core *core) {
   if (UNLIKELY((core->control & FLOATING_CONTEXT) != FLOATING_CONTEXT)) {
     core->control |= FLOATING_CONTEXT;
@@ -63,10 +64,10 @@ uint32_t exact_add(Core *core, uint32_t left, uint32_t right);
 uint32_t exact_multiply(Core *core, uint32_t left, uint32_t right);
 uint32_t exact_divide(Core *core, uint32_t left, uint32_t right);
 uint32_t exact_square_root(Core *core, uint32_t value);
-/* addend + left * right, rounded once. */
+/* addend + left * right, with a single rounding. */
 uint32_t exact_multiply_add(Core *core, uint32_t addend, uint32_t left, uint32_t right);
 
-/* (-1)^sign * significand * 2^exponent; above 32 bits the lowest bit is sticky. */
+/* (-1)^sign * significand * 2^exponent; if significand has more than 32 bits, its lowest bit is sticky. */
 typedef struct {
   bool sign;
   int exponent;
@@ -78,7 +79,7 @@ typedef struct {
 } Format;
 extern const Format SINGLE, HALF, ALTERNATIVE_HALF;
 
-/* For finite values; FPSCR.FZ flushes denormals. */
+/* Unpack a finite value. With FPSCR.FZ, a denormal becomes 0. */
 Number unpacked(Core *core, uint32_t value);
 /* FPRound, with flags. */
 uint32_t rounded(Core *core, Number number, Format format, enum Rounding mode);

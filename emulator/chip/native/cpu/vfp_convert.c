@@ -45,8 +45,8 @@ static uint32_t to_fixed(Core *core, uint32_t value, unsigned by, bool is_signed
   return (uint32_t)result;
 }
 
-/* Return whether the host can convert it: a normal number with an absolute value below 2^31, no zero and
- * no denormal. */
+/* Return whether the host can convert the value: it must be a normal number (neither zero nor denormal)
+ * with an absolute value below 2^31. */
 static inline bool fits_int32(uint32_t value) { return LIKELY((value >> 23 & 0xFF) - 1 < 126 + 31); }
 
 static uint32_t to_signed(Core *core, uint32_t value) {

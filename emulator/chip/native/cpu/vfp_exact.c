@@ -20,7 +20,7 @@ uint32_t quieted(Core *core, uint32_t nan) {
   return core->fpscr & FPSCR_DN ? DEFAULT_NAN : nan | QUIET;
 }
 
-/* FPProcessNaNs, FPProcessNaNs3: the first signalling, else the first. */
+/* FPProcessNaNs, FPProcessNaNs3: use the first signalling NaN, or the first NaN if none is signalling. */
 static bool process_nans(Core *core, const uint32_t *operands, unsigned count, uint32_t *result) {
   uint32_t chosen = 0;
   for (unsigned n = count; n-- > 0;) {
@@ -67,7 +67,7 @@ static Number normalised(Number number) {
 
 static uint32_t overflow(Core *core, bool sign, Format format, enum Rounding mode) {
   uint32_t beyond = (uint32_t)(format.highest_exponent + 1) << format.fraction_bits;
-  if (format.highest_exponent == ALTERNATIVE_HALF.highest_exponent) { /* no infinity */
+  if (format.highest_exponent == ALTERNATIVE_HALF.highest_exponent) { /* this format has no infinity */
     raise_flag(core, FPSCR_IOC);
     return beyond - 1;
   }
@@ -135,7 +135,7 @@ static uint32_t sum(Core *core, Number left, Number right) {
     right = left;
     left = larger;
   }
-  /* Two bits for carry and sign; the bits lost here are 0, because a product has 48 bits at most. */
+  /* Keep two bits for carry and sign; the bits lost here are 0, because a product has 48 bits at most. */
   int64_t a = (int64_t)(left.significand >> 2);
   int64_t b = (int64_t)shifted_right(right.significand >> 2, left.exponent - right.exponent);
   int64_t total = left.sign == right.sign ? a + b : a - b;

@@ -184,7 +184,8 @@ OPERATION(vmrs_apsr) {
   NEXT;
 }
 
-/* SP and PC are UNPREDICTABLE. As results they make the instruction undefined here, except VMRS to PC. */
+/* SP and PC are UNPREDICTABLE. In this model an instruction with SP or PC as result is undefined, except
+ * VMRS to PC. */
 static bool can_be_moved(bool to_core, unsigned number) { return !to_core || (number != 13 && number != 15); }
 static void may_read_pc(Insn *insn) { insn->flags |= insn->n == 15 || insn->m == 15 ? READS_PC : 0; }
 

@@ -4,8 +4,8 @@
  * nothing. The weights below are added for slow operations (measured by tests/campaigns/heavy_bench.py);
  * library.py adds the weight of calls of Python.
  *
- * Decision: only slow operations are counted. Instructions need no counter: a run knows its number. A
- * limit on processor time would make verdicts depend on the machine.
+ * Decision: only slow operations are counted. Instructions need no counter, because a run knows the number of
+ * its instructions. A limit on processor time would make verdicts depend on the machine.
  */
 #ifndef FCU_WORK_H
 #define FCU_WORK_H

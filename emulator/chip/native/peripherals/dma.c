@@ -1,8 +1,8 @@
 /* DMA1 and DMA2 (RM0368 section 9; interrupts: table 38), and the request lines (9.3.3, tables 28, 29).
  *
  * A transfer happens at once when it is requested; the FIFO delays nothing. Packing (9.3.10) follows from
- * little-endian order. A memory-to-memory transfer is done at its end, after 4 cycles per item (an estimate); NDTR
- * is constant until then.
+ * little-endian order. A memory-to-memory transfer takes 4 cycles per item (an estimate). All its items are moved at
+ * its end; NDTR is constant until then.
  *
  * The tables agree with RM0090 (STM32F405), except I2C3_RX on stream 1 and I2C3_TX on stream 5, which are not
  * certain.
@@ -16,7 +16,7 @@
 
 #define FIRST_STREAM SxCR(0)
 #define STREAM_SIZE (SxCR(1) - SxCR(0))
-enum { CR, NDTR, PAR, M0AR, M1AR, FCR }; /* of a stream */
+enum { CR, NDTR, PAR, M0AR, M1AR, FCR }; /* registers of a stream */
 _Static_assert(SxFCR(0) == FIRST_STREAM + 4 * FCR, "the words of a stream");
 
 enum { PERIPHERAL_TO_MEMORY, MEMORY_TO_PERIPHERAL, MEMORY_TO_MEMORY };
@@ -36,7 +36,7 @@ static const uint8_t INTERRUPTS_OF[DMA_CONTROLLERS][DMA_STREAMS] = {
 /* -- request lines --------------------------------------------------------------------------------------- */
 
 #define R(name) REQUEST_##name
-#define UNMODELLED REQUESTS /* its peripheral is not modelled */
+#define UNMODELLED REQUESTS /* the peripheral of the request is not modelled */
 #define NONE REQUEST_NONE
 
 /* By channel and stream. */
@@ -153,7 +153,7 @@ static void start(DmaController *dma, int n, enum Request line) {
   if (stream->items == 0) { /* completed: reload (9.5.6) */
     stream->items = stream->length;
   }
-  if (stream->items == 0) { /* does not start (9.3.14) */
+  if (stream->items == 0) { /* the stream does not start (9.3.14) */
     stream->control &= ~SxCR_EN;
     return;
   }

@@ -10,11 +10,11 @@
 typedef struct {
   uint32_t control, items, peripheral, memory[2], fifo_control; /* CR, NDTR, PAR, M0AR, M1AR, FCR */
   uint32_t flags; /* bits of LISR or HISR */
-  /* length: initial NDTR; a circular transfer reloads it, and so does enabling a completed stream. moved:
-   * items moved so far. size and steps: bytes. */
+  /* length: initial NDTR. A circular transfer, and enabling a completed stream, load it into NDTR again.
+   * moved: items moved so far. size and steps are in bytes. */
   uint32_t length, moved, size, peripheral_step, memory_step;
   int64_t copy_ps;   /* end of a memory-to-memory transfer */
-  enum Request line; /* the line that it serves */
+  enum Request line; /* the line that the stream serves */
 } DmaStream;
 
 typedef struct {

@@ -1,7 +1,7 @@
 /* DWT (ARMv7-M ARM C1.8). CYCCNT counts while TRCENA and CYCCNTENA are set, also during sleep, because HCLK keeps
  * running.
  *
- * NOT MODELLED: comparators and profiling counters are stored.
+ * NOT MODELLED: comparators and profiling counters, whose registers are stored.
  */
 #include "peripherals/dwt.h"
 

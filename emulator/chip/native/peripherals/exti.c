@@ -1,7 +1,7 @@
-/* EXTI (RM0368 section 10.2; interrupts: table 38), and SYSCFG, which selects its pins (section 7).
+/* EXTI (RM0368 section 10.2; interrupts: table 38), and SYSCFG, which selects EXTI's pins (section 7).
  *
  * Lines 0 to 15: pins; 16 PVD, 17 RTC alarm, 18 USB wake-up, 21 RTC tamper and time stamp, 22 RTC wake-up. An edge
- * sets the pending bit regardless of IMR (figure 29); SWIER requires IMR, as the text says.
+ * sets the pending bit regardless of IMR (figure 29); SWIER requires IMR, as the manual's text says.
  *
  * NOT MODELLED
  * - Event mode (EMR): stored, and a note.
@@ -105,7 +105,7 @@ static const PeripheralType EXTI_TYPE = {
   .read = peripheral_read_as_peek, .peek = exti_peek, .write = exti_write, .reset = exti_reset
 };
 
-/* Return the port that EXTICR selects (7.2.3 to 7.2.6), or -1 if the code has no port. */
+/* Return the port that EXTICR selects (7.2.3 to 7.2.6), or -1 if no port has this code. */
 static int selected_port(const Syscfg *syscfg, int line) {
   static const int8_t PORT_OF[16] = {0, 1, 2, 3, 4, -1, -1, 5, -1, -1, -1, -1, -1, -1, -1, -1};
   return PORT_OF[syscfg->registers[(EXTICR1 >> 2) + line / 4] >> line % 4 * 4 & 15];

@@ -14,8 +14,8 @@ typedef struct {
 typedef struct {
   Peripheral peripheral;
   uint32_t imr, emr, rtsr, ftsr, swier, pr;
-  uint32_t levels;         /* last level of each line */
-  int32_t port[PIN_LINES]; /* of the line's pin; -1: none */
+  uint32_t levels;         /* latest level of each line */
+  int32_t port[PIN_LINES]; /* port of the line's pin; -1: none */
 } Exti;
 
 void syscfg_create(Chip *chip);

@@ -1,7 +1,8 @@
 /* GPIO ports A to E and H (RM0368 section 8), and the level of each pin.
  *
- * The lowest strong driver wins: output stage, or devices outside (combined by emulator/buses/gpio.py).
- * Without one the pull resistor decides; a floating pin reads as 0.
+ * Strong drivers are the output stage and the devices outside (combined by emulator/buses/gpio.py). A low
+ * level of one of them wins. Without a strong driver the pull resistor decides; the level of a floating pin
+ * is 0.
  *
  * Reset: PA13 to PA15, PB3 and PB4 belong to the debug port (AF0), so MODER of port A is 0xA800 0000; some
  * revisions of RM0368 print 0x0C00 0000, which contradicts 8.3.1. Analog pins read as 0 (8.3.12).
@@ -11,7 +12,7 @@
  * NOT MODELLED
  * - Levels in alternate-function mode: the pin is released.
  * - OSPEEDR: stored.
- * - EXTI is not cut off from analog pins.
+ * - EXTI: analog pins are not disconnected from it.
  */
 #include "peripherals/gpio.h"
 
@@ -117,7 +118,7 @@ static void release(GpioPort *port, int pin) {
   update_input(port, pin);
 }
 
-/* In BSRR set wins (8.4.7). */
+/* If BSRR both sets and resets a pin, the pin is set (8.4.7). */
 static uint32_t latched(const GpioPort *port, uint32_t offset, uint32_t value, uint32_t mask) {
   uint32_t odr = port->registers[ODR >> 2];
   if (offset == BSRR) {
@@ -182,7 +183,7 @@ static void configure(GpioPort *port, uint32_t offset, uint32_t value, uint32_t 
   }
 }
 
-/* Writing LCKK as 1, 0, 1 in words with the same pins locks them until reset (8.4.8). */
+/* Three word writes with LCKK = 1, 0, 1 and the same pins lock these pins until reset (8.4.8). */
 static void write_lock(GpioPort *port, uint32_t value, uint32_t mask) {
   if (port->locked || mask != WORD) {
     return;

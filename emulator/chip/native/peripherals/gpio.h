@@ -17,7 +17,7 @@ typedef struct {
   uint16_t pulled_up, pulled_down;
   uint16_t analog;
   uint16_t input;               /* resulting level; 0 while floating */
-  uint16_t traced, traced_high; /* the pin has been an output, and its level in the trace */
+  uint16_t traced, traced_high; /* traced: the pin has been an output; traced_high: its level in the trace */
   uint16_t frequent;            /* traced in detail only */
   uint16_t has_listener;
   uint16_t watched;

@@ -6,12 +6,12 @@
  *
  * The receiver has two stages, DR and shift register; when both are full (BTF), SCL stays low until DR is read. ACK is
  * evaluated at the end of a byte; with POS, the first byte uses the value that ACK had when the address was sent. HAL
- * reads two bytes this way. After a byte without acknowledge SCL stays low, so that a late STOP loses no byte. On the
- * chip this is certain only while DR is full.
+ * reads two bytes this way. In this model SCL stays low after a byte without acknowledge, so that a late STOP loses no
+ * byte. On the chip this is certain only while DR is full.
  *
  * TXE is set with ADDR after a transmitter's address (EV6 and EV8_1 of figure 163). A START clears TXE and BTF. STOP
- * and START wait for the shift register; a byte in DR is lost. A note reports a request while TXE is 0, because the
- * manual requires TXE or BTF. A byte written after the request is discarded without a note.
+ * and START wait for the shift register; a byte in DR is lost. A note reports a STOP or START that is requested while
+ * TXE is 0, because the manual requires TXE or BTF. A byte written after this request is discarded without a note.
  *
  * NOT MODELLED, with a note: SMBUS, ENARP, ENPEC, PEC; OAR1, OAR2 (slave mode: the board has no other master). NOT
  * MODELLED: FLTR, stored; DUALF, SMBHOST, SMBDEFAULT, GENCALL, PEC of SR2; clock stretching, which the sensors never
@@ -69,7 +69,7 @@ static int64_t now_ps(const I2c *i2c) { return i2c->peripheral.chip->now_ps; }
 
 static int number_of(const I2c *i2c) { return (int)(i2c - i2c->peripheral.chip->i2c); }
 
-/* An I2C without its pins reaches no device. */
+/* An I2C reaches no device if its pins are not switched to it. */
 static bool is_connected(I2c *i2c) {
   char missing[64];
   bool connected = pins_connected(i2c->peripheral.chip, i2c->pins, missing, sizeof missing);
@@ -244,7 +244,7 @@ static void sent(I2c *i2c) {
   }
 }
 
-/* Return the answer to the byte. ACK, POS, and with DMA also LAST, determine it. */
+/* Return whether the byte is acknowledged. ACK and POS determine this; with DMA, LAST does too. */
 static bool acknowledges(I2c *i2c) {
   bool now = i2c->cr1 & CR1_ACK;
   bool acknowledged = i2c->cr1 & CR1_POS ? i2c->acknowledge : now;
@@ -309,11 +309,11 @@ static void clear(I2c *i2c) {
 
 /* Return the SCL period in clocks of PCLK1; 0 if CCR is 0. */
 static int64_t clocks_per_bit(uint32_t ccr) {
-  int64_t per_period = ccr & CCR_FS ? (ccr & CCR_DUTY ? 25 : 3) : 2; /* 9 + 16, 1 + 2, 1 + 1 */
+  int64_t per_period = ccr & CCR_FS ? (ccr & CCR_DUTY ? 25 : 3) : 2; /* high + low: 9 + 16, 1 + 2, 1 + 1 */
   return per_period * (ccr & CCR_CCR);
 }
 
-static int64_t rounded(__int128 dividend, __int128 divisor) { /* half to even */
+static int64_t rounded(__int128 dividend, __int128 divisor) { /* Round half to even. */
   __int128 quotient = dividend / divisor, twice = dividend % divisor * 2;
   return (int64_t)(quotient + (twice > divisor || (twice == divisor && quotient & 1)));
 }
@@ -408,7 +408,7 @@ static void clear_addr(I2c *i2c) {
   }
 }
 
-/* The byte in the shift register moves to DR; SCL is released. */
+/* Read DR. A byte in the shift register then moves to DR, and SCL is released. */
 static uint32_t read_data(I2c *i2c) {
   uint32_t value = i2c->dr;
   if (i2c->shift_full) {

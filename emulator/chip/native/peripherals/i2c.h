@@ -12,8 +12,8 @@
 /* A message from start to stop. Python reads this struct. */
 typedef struct {
   int64_t open;
-  /* Python handles the message and has received all of it except the bytes below, which C has read from
-     registers */
+  /* Python handles the message. Python has received the whole message except the bytes below, which C has
+     read from registers */
   int64_t live;
   int64_t start_ps, end_ps;
   int64_t address, reading, target;
@@ -23,13 +23,13 @@ typedef struct {
   uint8_t bytes[I2C_BYTES];
 } I2cMessage;
 
-/* Callbacks into Python at the end of a byte. If message.open, Python first takes over the bytes that C has
-   handled.
+/* Callbacks into Python at the end of a byte. If message.open is set, Python first takes over the bytes that
+ * C has handled.
  */
 typedef struct {
   int32_t (*start)(int64_t now_ps, int32_t address, int64_t start_ps); /* returns enum Answer */
   int32_t (*write)(int64_t now_ps, int32_t value);                     /* returns 1 if acknowledged */
-  /* Return the byte; if C may read on, plus 256 * (1 + the next sub-address). */
+  /* Return the byte. If C may read the next bytes, add 256 * (1 + the next sub-address). */
   int32_t (*read)(int64_t now_ps);
   void (*stop)(int64_t now_ps, int64_t end_ps);
   void (*abort)(int64_t now_ps);
@@ -56,7 +56,7 @@ typedef struct {
   uint8_t settings_checked;
   uint8_t nack_next;   /* LAST: the next byte is the last of the DMA transfer, and is not acknowledged */
   uint8_t dr_full;     /* a byte in DR waits for the shift register */
-  uint8_t shift_full;  /* the last byte arrived while DR was full */
+  uint8_t shift_full;  /* the latest byte arrived while DR was full */
   uint8_t acknowledge; /* value of ACK when the previous byte ended; with POS it answers the present byte */
   uint8_t shift;
   uint8_t reads_registers; /* bytes come from sensor_registers.h if possible */

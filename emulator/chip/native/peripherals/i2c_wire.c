@@ -1,8 +1,8 @@
 /* Messages on an I2C bus. C answers reads from the sensors' registers if possible.
  *
  * The bus is in Python (emulator/buses/i2c_wire.py), which is called at the end of each byte. A message "sub-address,
- * repeated start, read" of registers that C reads (sensor_registers.h) needs no call; Python fetches the message when
- * it needs it.
+ * repeated start, read" of registers that C reads (sensor_registers.h) needs no call; Python fetches this message
+ * later, when Python needs it.
  */
 #include "fcu.h"
 

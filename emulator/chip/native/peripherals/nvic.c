@@ -16,7 +16,7 @@ void nvic_reset(Nvic *nvic) {
   for (int number = 0; number < 4; number++) {
     nvic->priority[number] = (int16_t)(number - 4);
   }
-  nvic->subpriority_bits = 1; /* PRIGROUP 0 leaves at least one bit */
+  nvic->subpriority_bits = 1; /* even PRIGROUP 0 leaves one subpriority bit */
 }
 
 int nvic_group_priority(const Nvic *nvic, int priority) {
@@ -103,7 +103,7 @@ void nvic_deactivate(Nvic *nvic, int number) {
   pend(nvic, number >> 6, nvic->lines[number >> 6] & bit);
 }
 
-/* A register word spans both words of a set. */
+/* One word of an NVIC register can span both words of a set. */
 static uint32_t interrupts(const uint64_t *set, unsigned word) {
   unsigned first = FIRST_INTERRUPT + 32 * word;
   uint64_t low = set[first >> 6] >> (first & 63);

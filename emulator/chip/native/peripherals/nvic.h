@@ -1,8 +1,8 @@
 /* NVIC: enabled, pending and active exceptions, and priorities (ARMv7-M ARM B1.5, B3.4).
  *
  * Exceptions are numbered as in the vector table: interrupt n is 16 + n. Lines are level sensitive (PM0214 4.3.9): a
- * rising line makes its interrupt pending, and so does a line that is active when the handler returns or software
- * clears the pending bit.
+ * rising line makes its interrupt pending. A line that is still active when the handler returns, or when software
+ * clears the pending bit, makes the interrupt pending again.
  */
 #ifndef FCU_NVIC_H
 #define FCU_NVIC_H
@@ -38,9 +38,10 @@ typedef struct {
 
 /* Reset all state, including the levels of lines. A line that is set afterwards counts as a rising line. */
 void nvic_reset(Nvic *nvic);
-/* Return 0 if none is ready. */
+/* Return 0 if no exception is ready. */
 int nvic_highest_pending(const Nvic *nvic);
-/* Return the group part of a priority, without the subpriority. It decides on preemption (B1.5.4). */
+/* Return the group part of a priority, without the subpriority. The group part decides on preemption
+ * (B1.5.4). */
 int nvic_group_priority(const Nvic *nvic, int priority);
 /* ExecutionPriority() (B1.5.4). */
 int nvic_execution_priority(const Nvic *nvic, bool primask, uint32_t basepri, bool faultmask);

@@ -1,13 +1,13 @@
 /* The interface of a peripheral: memory map, clock, events, interrupt and DMA lines, notes about firmware.
  *
- * A peripheral is a struct in struct Chip that begins with a Peripheral. Its file has a comment that cites the
- * manual and lists functions that are NOT MODELLED, a PeripheralType, and X_create(). All state is plain data in the
- * struct, because a snapshot is a copy of the chip.
+ * A peripheral is a struct in struct Chip that begins with a Peripheral. Its file has a comment, a PeripheralType,
+ * and X_create(). The comment cites the manual and lists functions that are NOT MODELLED. All state is plain data in
+ * the struct, because a snapshot is a copy of the chip.
  *
- * chip->now_ps is the exact time of the current access or event. State is computed when it is read, or
- * changed by an event. A scheduled event ends the run of instructions; use it if it may change an interrupt
- * line, a pin or a DMA request. A deferred event is carried out, with its exact time and order, at the next
- * access to a register, next event, or end of a run.
+ * chip->now_ps is the exact time of the current access or event. State is either computed when it is read, or
+ * changed by an event. A scheduled event ends the run of instructions; schedule the event if it may change an
+ * interrupt line, a pin or a DMA request. A deferred event is executed later, but with its exact time and order: at
+ * the next access to a register, at the next event, or at the end of a run.
  */
 #ifndef FCU_PERIPHERAL_H
 #define FCU_PERIPHERAL_H
@@ -27,13 +27,13 @@
 /* The mask of an access of `size` bytes at bit 0. */
 static inline uint32_t size_mask(unsigned size) { return size == 4 ? WORD : (1u << 8 * size) - 1; }
 
-/* Write the bits of mask, as far as the register stores them. */
+/* Write the bits of mask that the register stores. */
 static inline void write_bits(uint32_t *word, uint32_t value, uint32_t mask, uint32_t stored) {
   mask &= stored;
   *word = (*word & ~mask) | (value & mask);
 }
 
-/* FIELD(cr2, CR2_STOP), with the names of the generated header. */
+/* Example: FIELD(cr2, CR2_STOP). The names are those of the generated header. */
 #define FIELD(value, name) (((value) & (name)) >> name##_SHIFT)
 
 int64_t gcd(int64_t a, int64_t b);
@@ -42,9 +42,10 @@ typedef struct Chip Chip;
 typedef struct Peripheral Peripheral;
 
 typedef struct {
-  /* Read the word at a word-aligned offset, with side effects. *until_ps is NEVER_PS at first. Set it to the time
-   * when the register may change without an access or a scheduled event: polling loops are skipped until then. Set
-   * it to NOT_CACHEABLE_PS if the read has a side effect or the value changes continuously. */
+  /* Read the word at a word-aligned offset, with side effects. *until_ps is NEVER_PS at first. Set it to the
+   * time at which the register may change without an access or a scheduled event; polling loops are skipped
+   * until that time. Set it to NOT_CACHEABLE_PS if the read has a side effect or the value changes
+   * continuously. */
   uint32_t (*read)(Peripheral *peripheral, uint32_t offset, int64_t *until_ps);
   /* Read the word without side effects. */
   uint32_t (*peek)(const Peripheral *peripheral, uint32_t offset);
@@ -53,7 +54,7 @@ typedef struct {
   void (*write)(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask);
   /* Restore the state after reset: system reset, or RCC_xxxRSTR. */
   void (*reset)(Peripheral *peripheral);
-  /* These may be NULL. */
+  /* The following may be NULL. */
   bool (*is_pure)(const Peripheral *peripheral, uint32_t offset); /* false if read() would give
                                                                      NOT_CACHEABLE_PS */
   bool (*is_redundant_write)(const Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask);
@@ -94,18 +95,19 @@ uint32_t peripheral_read_as_peek(Peripheral *peripheral, uint32_t offset, int64_
 
 typedef void (*Fire)(Peripheral *peripheral);
 
-/* Call it when the peripheral is created: fire() then runs at the event's time. */
+/* Call this when the peripheral is created. Then fire() is called whenever the event is due. */
 int event_create(Peripheral *peripheral, Fire fire);
 /* A time in the past means now. */
 void event_schedule(Chip *chip, int event, int64_t at_ps);
 void event_defer(Chip *chip, int event, int64_t at_ps);
 void event_cancel(Chip *chip, int event);
-/* Return NEVER_PS if it is not scheduled. */
+/* Return NEVER_PS if the event is not scheduled. */
 int64_t event_at(const Chip *chip, int event);
 
 /* -- DMA lines; interrupts: peripheral_set_irq() of chip.h -------------------------------------------- */
 
-/* Call it when the peripheral is created: dma_ready() is then called when a stream serves the line. */
+/* Call this when the peripheral is created. Then dma_ready() is called when a stream begins to serve the
+ * line. */
 void dma_connect(Peripheral *peripheral, enum Request line);
 /* Make one transfer at once. Return false if no stream serves the line. */
 bool dma_request(Chip *chip, enum Request line);
@@ -117,11 +119,11 @@ typedef struct {
   uint8_t pin, function;
 } PinFunction;
 
-/* Write the list of pins that are not switched, such as "PB10 to AF4, PB3 to AF9". Return true if all are
- * switched. Function 255 ends `pins`. */
+/* Write to `missing` the pins that are not switched to their function, such as "PB10 to AF4, PB3 to AF9".
+ * Return true if all pins are switched. Function 255 ends `pins`. */
 bool pins_connected(const Chip *chip, const PinFunction *pins, char *missing, size_t size);
 
-/* Call it when the peripheral is created: changed() is then called at every change of the input level. */
+/* Call this when the peripheral is created. Then changed() is called at every change of the input level. */
 typedef void (*PinChanged)(Peripheral *peripheral, int pin, bool level);
 void pin_listen(Peripheral *peripheral, char port, int pin, PinChanged changed);
 /* Return -1 if the pin floats. port is an index. */
@@ -132,8 +134,8 @@ int pin_level(const Chip *chip, int port, int pin);
 enum NoteKind { NOTE_FORBIDDEN, NOTE_NOT_MODELLED, NOTE_REFUSED };
 
 /* Report an access that the firmware should not make. The format begins with the problem's stable name and
- * its values, as in "scl-too-fast scl_khz=%.0f | SCL runs at ...". An id of 0 to 31 is reported once. For
- * id -1, Python drops repeated texts. */
+ * its values, as in "scl-too-fast scl_khz=%.0f | SCL runs at ...". A note with an id of 0 to 31 is
+ * reported only once. For id -1, Python drops repeated texts. */
 void peripheral_note(Peripheral *peripheral, int id, enum NoteKind kind, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
 

@@ -1,7 +1,8 @@
 /* System control block (ARMv7-M ARM B3.2). SysTick and NVIC, in the same 4 KB, are separate files.
  *
  * NOT MODELLED: FPCCR.LSPACT is 0, because floating-point registers are stacked at entry; only a program that reads
- * an unused frame can see it. FPDSCR: stored; FPSCR of a new context is its reset value 0. MPU: protects nothing.
+ * an unused frame can see the difference. FPDSCR: stored; FPSCR of a new context is 0, the reset value of FPDSCR.
+ * MPU: protects nothing.
  */
 #include "peripherals/scb.h"
 
@@ -20,7 +21,7 @@
 #define SHCSR_ENABLES (SHCSR_MEMFAULTENA | SHCSR_BUSFAULTENA | SHCSR_USGFAULTENA)
 #define PRIORITY_BITS 0xF0F0F0F0u /* only the upper half of each byte is stored */
 
-/* To ID_ISAR4 (Cortex-M4 TRM table 4-1). */
+/* The registers up to ID_ISAR4 (Cortex-M4 TRM table 4-1). */
 static const uint32_t identification[13] = {0x30,       0x200,      0x100000,   0,          0x30, 0, 0x01000000, 0,
                                             0x01101110, 0x02112000, 0x21232231, 0x01111131, 0x01310132};
 
@@ -169,7 +170,7 @@ static void apply(Scb *scb) {
   chip->nvic.sevonpend = (scb->scr & SCR_SEVONPEND) != 0;
   chip->core.div_0_trp = (scb->ccr & CCR_DIV_0_TRP) != 0;
   core_trap_unaligned(&chip->core, (scb->ccr & CCR_UNALIGN_TRP) != 0);
-  if (chip->core.fpu_on != floating) { /* decoded code depends on it */
+  if (chip->core.fpu_on != floating) { /* decoded code depends on fpu_on */
     chip->core.fpu_on = floating;
     fcu_invalidate_code(chip);
   }
@@ -195,7 +196,7 @@ static void write_register(Scb *scb, uint32_t offset, uint32_t value, uint32_t m
     set_priorities(scb, word);
     break;
   case SHCSR: write_shcsr(scb, (shcsr(scb) & ~mask) | value); break;
-  case CFSR: scb->cfsr &= ~value; break; /* 1 clears */
+  case CFSR: scb->cfsr &= ~value; break; /* writing 1 clears a bit */
   case HFSR: scb->hfsr &= ~value; break;
   case DFSR: scb->dfsr &= ~value; break;
   case MMFAR: write_bits(&scb->mmfar, value, mask, WORD); break;

@@ -40,7 +40,7 @@ void target_invalidate(Target *target) { target->known = UINT64_MAX; }
 
 /* -- outputs ------------------------------------------------------------------------------------------------------ */
 
-/* Copy the sample to the registers, except for words of which a byte is held. */
+/* Copy the sample to the registers, except for words with a held byte (block data update). */
 static void show(Bank *bank, Train *train) {
   const uint8_t *sample = train->samples + train->at * train->width;
   train->is_stale = false;

@@ -1,7 +1,8 @@
 /* Registers of the sensors, which firmware reads without a call of Python.
  *
- * sensors/shared_registers.py explains the memory that Python and C share. Python is called when a train of samples
- * ends (fill), after each change of a sensor's version (bank), and by the bus for registers that are read live.
+ * sensors/shared_registers.py explains the memory that Python and C share. C calls fill() in Python when a train of
+ * samples ends, and bank() after each change of a sensor's version. The bus calls Python for registers that are
+ * read live.
  *
  * A bus master sets the target's position, and calls target_read() for each byte.
  */
@@ -21,7 +22,7 @@ enum RegisterAccess { ACCESS_LIVE, ACCESS_MEMORY, ACCESS_STATUS, ACCESS_OUTPUT }
 
 typedef struct {
   uint64_t version;    /* the sensor's version when Python filled the train */
-  int64_t at, count;   /* indices of the current sample and the last one */
+  int64_t at, count;   /* indices of the current sample and the final one */
   int64_t taken;       /* samples taken by C and not yet reported to Python */
   int64_t times[TRAIN_AHEAD + 1]; /* [n]: time when sample n + 1 replaces sample n */
   uint64_t holds[OUTPUT_WIDTH], releases[OUTPUT_WIDTH];

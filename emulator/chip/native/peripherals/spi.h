@@ -9,7 +9,7 @@
 #define SPI_RECEIVED 256 /* longest answer in C; Python handles longer ones */
 #define SPI_RECENT 8
 
-#define SPI_READ 0x80u     /* bit of the first byte: the host reads */
+#define SPI_READ 0x80u     /* bit of the first byte: set if the host reads */
 #define SPI_UNDRIVEN 0xFFu /* value read if no device drives the line */
 #define SPI_NOTHING (-1)
 
@@ -31,7 +31,7 @@ typedef struct {
 typedef struct {
   /* Apply settings to the following bytes. */
   void (*configure)(int64_t now_ps, int32_t speed_hz, int32_t mode, int32_t wires);
-  /* Python takes over the message with its bytes so far. Return 1 if the sensor has power. */
+  /* Python takes over the message with the bytes so far. Return 1 if the sensor has power. */
   int32_t (*open)(int64_t now_ps, const SpiMessage *message);
   void (*send)(int64_t now_ps, int32_t sensor, int32_t byte);
   int32_t (*receive)(int64_t now_ps, int32_t sensor, int32_t wires);
@@ -57,7 +57,7 @@ typedef struct {
   SpiSensor sensors[SPI_SENSORS];
   uint8_t selected[SPI_SENSORS];
   int32_t selected_count;
-  uint8_t conflict_noted; /* since the latest selection */
+  uint8_t conflict_noted; /* a note was made since the latest selection */
   SpiMessage recent[SPI_RECENT];
   uint32_t recent_count, recent_taken;
   SpiUnaddressed unaddressed[SPI_RECENT];
@@ -73,7 +73,7 @@ typedef struct {
   uint32_t to_send, received;
   int32_t shift; /* SPI_NOTHING: receive only */
   uint8_t is_busy;
-  uint8_t data_read; /* DR was read since OVR: a read of SR clears OVR */
+  uint8_t data_read; /* DR was read after OVR was set: the next read of SR clears OVR */
   uint8_t modf_seen;
   uint8_t in_dma;
   uint8_t wants_events;

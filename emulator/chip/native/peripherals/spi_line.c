@@ -1,11 +1,11 @@
 /* Devices at the pins of an SPI: sensors with a chip select each (GPIO pins), and a module that is not fitted.
  *
- * A message is the bytes between two edges of a chip select. A byte goes to the sensors that are selected when it
- * ends. The sensors pull their chip selects up (LSM6DSL, LIS2MDL, LPS22HB datasheets, 2). Two selected sensors drive
- * the line against each other: the host reads the AND, with a note at the first byte.
+ * A message is the bytes between two edges of a chip select. A byte goes to the sensors that are selected when the
+ * byte ends. The sensors pull their chip selects up (LSM6DSL, LIS2MDL, LPS22HB datasheets, 2). Two selected sensors
+ * drive the line against each other: the host reads the AND of their bits. A note reports the first such byte.
  *
- * C reads the sensor's registers (sensor_registers.h). Python takes over for registers that are read live, if registers
- * are written, and for sequences that no driver uses.
+ * C reads the sensor's registers (sensor_registers.h). Python takes over if a register is read live, if registers are
+ * written, or if the sequence is one that no driver uses.
  */
 #include "peripherals/spi.h"
 
@@ -63,7 +63,8 @@ static uint8_t read_sensor(Spi *spi, SpiSensor *sensor) {
   return (uint8_t)spi->line.calls.receive(spi->peripheral.chip->now_ps, sensor->message.sensor, spi->line.wires);
 }
 
-/* Selected sensors without a clock do not conflict, for example while firmware sets its pins up. */
+/* Sensors that are selected while the clock is stopped do not conflict, for example while firmware sets
+ * its pins up. */
 static void check_conflict(Spi *spi) {
   char names[32] = "";
   if (spi->line.selected_count < 2 || spi->line.conflict_noted) {

@@ -1,8 +1,8 @@
 /* SysTick (ARMv7-M ARM B3.3).
  *
- * Each step from 1 to 0 sets COUNTFLAG and, with TICKINT, pends the exception; the next clock reloads. The period is
- * RVR + 1. Steps to 0 are events at exact multiples; values in between are computed. A new RVR takes effect at a
- * reload; 0 stops the counter.
+ * Each step from 1 to 0 sets COUNTFLAG and, with TICKINT, pends the exception; the next clock reloads the counter.
+ * The period is RVR + 1. Steps to 0 are events at exact multiples; values in between are computed. A new RVR takes
+ * effect at a reload; an RVR of 0 stops the counter.
  */
 #include "peripherals/systick.h"
 
@@ -34,7 +34,7 @@ static void schedule(SysTick *tick) {
   event_schedule(tick->chip, tick->event, tick->origin_ps + (int64_t)(cycles * PS_PER_S / tick->hz));
 }
 
-/* A value of 0 is reloaded first. */
+/* If value is 0, the counter is reloaded first. */
 static void start(SysTick *tick, int64_t value) {
   int64_t hclk_hz = tick->chip->clocks.hclk_hz;
   event_cancel(tick->chip, tick->event);

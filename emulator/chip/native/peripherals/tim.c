@@ -3,14 +3,14 @@
  * State is computed when it is read. An event exists only while an enabled interrupt or DMA request waits for its
  * flag, so that PWM costs nothing. Missed updates are counted when the flag is cleared.
  *
- * Times are ticks of the timer's clock since origin_ps, so that they do not drift; the origin follows the counter to
- * keep within 64 bits. catch_up() needs few steps: to the next update, which loads the preloaded registers, then
- * whole cycles at once.
+ * Times are counted in ticks of the timer's clock since origin_ps, so that they do not drift. The origin is moved so
+ * that the ticks fit into 64 bits. catch_up() needs few steps. The first goes to the next update, which loads the
+ * preloaded registers; then whole cycles are skipped at once.
  *
  * NOT MODELLED, with a note: slave modes, external clocks, encoders (SMCR), DMA on capture and compare, DMA bursts.
  * NOT MODELLED, silent: break input, dead time; outputs as levels; input filters; CCxS = 3; synchronisation after
- * CEN. A compare flag is raised when the counter arrives, not when CNT or CCR is written to be equal. A gated timer
- * continues to count.
+ * CEN. A compare flag is raised when the counter arrives at CCR, not when a write makes CNT and CCR equal. A gated
+ * timer continues to count.
  */
 #include "fcu.h"
 
@@ -48,7 +48,7 @@ typedef struct TimVariant {
   uint8_t apb, bits, channels, alternate;
   bool advanced;
   enum Request request;
-  TimIrq irqs[4];                 /* flags 0 ends them */
+  TimIrq irqs[4];                 /* an entry with flags 0 ends the list */
   const char *pins[TIM_CHANNELS]; /* "A8 E9" */
 } TimVariant;
 
@@ -76,7 +76,7 @@ static uint32_t bits_of(const TimVariant *variant, uint32_t offset) {
   return TIM_EXISTING[variant - VARIANTS][offset >> 2];
 }
 
-/* Return -1 if it has none. */
+/* Return -1 if the pin has no channel. */
 static int channel_of_pin(const TimVariant *variant, char port, int pin) {
   for (int channel = 0; channel < variant->channels; channel++) {
     for (const char *name = variant->pins[channel]; *name;) {
@@ -94,13 +94,14 @@ static int channel_of_pin(const TimVariant *variant, char port, int pin) {
   return -1;
 }
 
-/* index is a position in a cycle (12.3.2, 13.3.2). Counting up, it is the value of CNT; counting down, the
- * distance from ARR. A centre-aligned cycle goes from 0 to ARR and back in 2 * ARR counts. The arrival at
- * 0 is an overflow or underflow; in centre-aligned mode, so is the arrival at ARR.
+/* index is a position in a cycle (12.3.2, 13.3.2). When the timer counts up, index is the value of CNT. When
+ * it counts down, index is the distance from ARR. A centre-aligned cycle goes from 0 to ARR and back to 0 in
+ * 2 * ARR counts. The arrival at 0 is an overflow or underflow; in centre-aligned mode, so is the arrival at
+ * ARR.
  *
- * A negative index is outside of the cycle, because ARR was set below the counter. A counter that counts
- * up continues to its largest value and wraps without an event; one that counts down moves back into the
- * cycle. For the centre-aligned mode, which is not documented, the model counts up.
+ * A negative index is outside of the cycle, because ARR was set below the counter. An upcounter then
+ * continues to its largest value and wraps without an event. A downcounter moves back into the cycle. The
+ * manual does not document this case for the centre-aligned mode; here the model counts up.
  */
 
 static int64_t modulus(const Tim *tim) { return INT64_C(1) << tim->variant->bits; }
@@ -128,7 +129,7 @@ static bool is_falling(const Tim *tim) {
   return tim->mode == TIM_DOWN || (tim->mode == TIM_CENTRE && tim->index >= tim->arr);
 }
 
-/* falling affects the centre-aligned mode only. */
+/* Parameter falling affects the centre-aligned mode only. */
 static void set_cnt(Tim *tim, int64_t value, bool falling) {
   if (tim->mode == TIM_DOWN) {
     tim->index = tim->arr - value;
@@ -143,7 +144,7 @@ static void set_cnt(Tim *tim, int64_t value, bool falling) {
 
 /* The caller makes sure that the counter is not blocked. */
 static int64_t steps_to_overflow(const Tim *tim) {
-  bool within = tim->index < tim->overflow_period; /* the usual case; a remainder needs a division */
+  bool within = tim->index < tim->overflow_period; /* usually true; otherwise a slow division is needed */
   return tim->overflow_period - (within ? tim->index : tim->index % tim->overflow_period);
 }
 
@@ -161,8 +162,8 @@ static uint32_t flag_of(int channel) { return 2u << channel; }
 
 static bool is_input(const TimChannel *channel) { return CCS(channel->settings) != 0; }
 
-/* Counter positions at which the flag is set. A compare value above ARR sets it at the overflow (12.4.5).
- * CMS selects the direction: 1 down, 2 up, 3 both (12.4.1). */
+/* Counter positions at which the flag is set. A compare value above ARR sets the flag at the overflow
+ * (12.4.5). CMS selects the direction: 1 down, 2 up, 3 both (12.4.1). */
 static void find_matches(const Tim *tim, TimChannel *channel) {
   int64_t compare = channel->compare, arr = tim->arr, *matches = channel->matches;
   uint32_t cms = FIELD(REGISTER(tim, CR1), CR1_CMS);
@@ -189,7 +190,7 @@ static void find_all_matches(Tim *tim) {
   }
 }
 
-/* Return INT64_MAX if there is none. */
+/* Return INT64_MAX if none of the flags will be set. */
 static int64_t steps_to_flags(const Tim *tim, uint32_t flags) {
   int64_t least = INT64_MAX;
   for (int n = 0; n < tim->variant->channels; n++) {
@@ -220,7 +221,8 @@ static void capture(Tim *tim, int channel) {
   REGISTER(tim, CCRx(channel + 1)) = (uint32_t)cnt_of(tim);
 }
 
-/* Return the channel's own input (CCxS = 1) or its neighbour's (CCxS = 2). */
+/* Return whether the channel captures input `source`: its own input (CCxS = 1) or its neighbour's (CCxS =
+ * 2). */
 static bool listens_to(const TimChannel *channel, int number, int source) {
   uint32_t selected = CCS(channel->settings);
   return (selected == 1 && source == number) || (selected == 2 && source == (number ^ 1));
@@ -245,7 +247,7 @@ static bool captures(TimChannel *channel, bool level) {
 #define OSCILLATOR_INPUT 3
 enum { REMAP_LSI = 1, REMAP_LSE = 2 };
 
-/* Return 0 if the pin or nothing is connected. */
+/* Return 0 if the input is connected to the pin or to nothing. */
 static int64_t oscillator_hz(const Tim *tim) {
   const Clocks *clocks = &tim->peripheral.chip->clocks;
   uint32_t remap = FIELD(REGISTER(tim, OR), OR_TI4_RMP);
@@ -290,8 +292,8 @@ static void schedule_edge(Tim *tim) {
 
 /* -- the counts of ticks --------------------------------------------------------------------------------- */
 
-/* A tick is an update with UIE. It is lost if the flag was still set, and late if the flag is cleared
- * after LATE_AFTER_PS. */
+/* A tick is an update with UIE. It is lost if the flag was still set. It is late if more than
+ * LATE_AFTER_PS pass until the flag is cleared. */
 
 static void tick_due(Tim *tim) {
   tim->counts.ticks++;
@@ -388,7 +390,7 @@ static void set_origin(Tim *tim, int64_t at_ps) {
   tim->extra = 0;
 }
 
-/* Called before times exceed 64 bits. Times do not change. */
+/* Move the origin before times exceed 64 bits. Times do not change. */
 static void move_origin(Tim *tim, int64_t now_ps) {
   if (tim->base_tick > 0 && tim->hz && now_ps - tim->origin_ps > tim->max_ps / 2) {
     __int128 passed = (__int128)tim->base_tick * tim->num + tim->extra;
@@ -398,7 +400,7 @@ static void move_origin(Tim *tim, int64_t now_ps) {
   }
 }
 
-/* Return the last tick up to now. */
+/* Return the number of the latest tick at now_ps. */
 static int64_t ticks_at(const Tim *tim, int64_t now_ps) {
   int64_t after_ps = now_ps - tim->origin_ps + 1;
   if (after_ps > 0 && after_ps <= tim->max_ps) {
@@ -449,7 +451,7 @@ static void stop(Tim *tim, int64_t now_ps) {
   }
 }
 
-/* Return INT64_MAX if there is none. */
+/* Return INT64_MAX if no update will come. */
 static int64_t steps_to_update(const Tim *tim) {
   if (!tim->updates_enabled || is_blocked(tim)) {
     return INT64_MAX;
@@ -457,7 +459,7 @@ static int64_t steps_to_update(const Tim *tim) {
   return steps_to_overflow(tim) + tim->repetitions_left * tim->overflow_period;
 }
 
-/* Advance the counter by `steps`. If they reach an update, the caller calls update() next. */
+/* Advance the counter by `steps`. If these steps reach an update, the caller calls update() next. */
 static inline void advance(Tim *tim, int64_t steps) {
   if (steps <= 0) {
     return;
@@ -473,7 +475,7 @@ static inline void advance(Tim *tim, int64_t steps) {
   }
 }
 
-/* Skip whole update periods at once: all are alike, because no preloaded value is left to load. */
+/* Skip whole update periods at once. All periods are equal, because no preloaded value is left to load. */
 static void skip_cycles(Tim *tim, int64_t ticks) {
   if (!tim->running || !tim->preload_done || is_blocked(tim)) {
     return;
@@ -506,7 +508,7 @@ static inline void catch_up(Tim *tim) {
   }
 }
 
-/* Predict up to the next update, which may change compare values. */
+/* Predict the next flag, but not beyond the next update, which may change compare values. */
 static int64_t find_next_ps(const Tim *tim) {
   if (!tim->running || is_blocked(tim)) {
     return NEVER_PS;
@@ -571,7 +573,7 @@ static void on_edge(Peripheral *peripheral) {
   schedule_edge(tim);
 }
 
-/* Return the time of the next flag, of the counter or of an oscillator's edge. */
+/* Return the time of the next flag that the counter or an oscillator's edge sets. */
 static int64_t next_flag_ps(Tim *tim) {
   int64_t at_ps = next_ps(tim);
   int64_t edge_ps = tim->edge_event < 0 ? NEVER_PS : event_at(tim->peripheral.chip, tim->edge_event);
@@ -594,7 +596,7 @@ static uint32_t value_of(const Tim *tim, uint32_t offset) {
 /* Return a copy at the current time, without effects on the chip. */
 static Tim at_present(const Tim *tim) {
   Tim now = *tim;
-  /* so that the copy causes no DMA request and no tick; enabled flags have events, and none of these is
+  /* so that the copy causes no DMA request and no tick; enabled flags have events, and no such event is
      due */
   REGISTER(&now, DIER) = 0;
   catch_up(&now);
@@ -621,7 +623,7 @@ static bool tim_is_pure(const Peripheral *peripheral, uint32_t offset) {
   return offset != CNT && !is_ccr(offset) && !(offset == CR1 && tim->mode == TIM_CENTRE);
 }
 
-/* SR and CR1 are valid until the next flag. */
+/* The values of SR and CR1 are valid until the next flag. */
 static uint32_t tim_read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
   Tim *tim = (Tim *)peripheral;
   bool runs = !tim_is_pure(peripheral, offset);
@@ -637,7 +639,7 @@ static uint32_t tim_read(Peripheral *peripheral, uint32_t offset, int64_t *until
   return value;
 }
 
-/* Also used for ARR. CNT keeps its value. */
+/* Handle a change of CR1 or ARR. CNT keeps its value. */
 static void cr1_changed(Tim *tim) {
   uint32_t cr1 = REGISTER(tim, CR1);
   int64_t now_ps = tim->peripheral.chip->now_ps, value = cnt_of(tim);
@@ -854,7 +856,7 @@ int64_t fcu_timer_next_change(const Chip *chip, int32_t index) {
   return next_flag_ps(&now);
 }
 
-/* PWM mode 1 is active while CNT < CCR; counting down, while CNT <= CCR (12.3.9). */
+/* PWM mode 1 is active while CNT < CCR; when the timer counts down, while CNT <= CCR (12.3.9). */
 static double duty_below(const Tim *tim, uint32_t compare) {
   double cycle = tim->mode == TIM_CENTRE ? (double)tim->arr : (double)tim->arr + 1;
   double share = (tim->mode == TIM_DOWN ? compare + 1.0 : compare) / cycle;

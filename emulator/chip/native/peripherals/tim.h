@@ -19,7 +19,7 @@ typedef struct {
 typedef struct {
   uint8_t settings; /* the channel's byte of CCMR */
   uint8_t enable;   /* CCER: E, P, NE, NP */
-  uint8_t edges;    /* since the last capture */
+  uint8_t edges;    /* edges since the latest capture */
   uint8_t match_count;
   uint32_t compare;
   int64_t matches[2]; /* positions that raise the flag */
@@ -39,12 +39,12 @@ typedef struct {
   int64_t overflow_period; /* counts between overflows */
   int64_t cycle_length;
 
-  /* Tick k is at origin_ps + (k * num + extra) / den, rounded down once. */
+  /* Tick k is at origin_ps + (k * num + extra) / den, rounded down only at the end. */
   int64_t hz, num, den, extra;
   Divisor by_num;
-  int64_t max_ps, max_ticks; /* products below need only 64 bits */
+  int64_t max_ps, max_ticks; /* below these limits, products need only 64 bits */
   int64_t origin_ps;
-  /* tick of the last count; while the counter is stopped: minus the ticks since that count */
+  /* tick of the latest count; while the counter is stopped: the negative number of ticks since that count */
   int64_t base_tick;
   uint32_t prescale, repetition, repetitions_left; /* active values of PSC + 1 and RCR */
   uint8_t running, updates_enabled, one_pulse;
@@ -69,7 +69,7 @@ typedef struct {
 } Timers;
 
 void timers_create(Chip *chip);
-void timers_oscillators_changed(Chip *chip); /* LSI or LSE */
+void timers_oscillators_changed(Chip *chip); /* Handle a change of LSI or LSE. */
 void timers_pin_changed(Chip *chip, int port, int pin, bool level);
 
 #endif

@@ -1,10 +1,10 @@
 /* USART1, USART2 and USART6 in asynchronous mode (RM0368 section 19; interrupts: table 38).
  *
  * TXE and TC are computed when SR is read; an event exists only while an interrupt or DMA waits. Python receives
- * sent bytes in pieces. A byte written before TE waits in DR.
+ * sent bytes in pieces. A byte that is written before TE is set waits in DR.
  *
- * Reading SR, then writing DR clears TC, as does writing 0; reading SR, then DR clears the ORE and IDLE that SR
- * showed (19.3, 19.6.1).
+ * TC is cleared by a read of SR and then a write of DR, or by writing 0 to TC. ORE and IDLE are cleared by a
+ * read of SR that shows them and then a read of DR (19.3, 19.6.1).
  *
  * NOT MODELLED, with a note: synchronous, smartcard, IrDA, LIN, half-duplex, hardware flow control, mute,
  * break. NOT MODELLED, silent: parity and the ninth bit have their time, but no contents; the idle frame
@@ -28,7 +28,7 @@ static const uint32_t STORED[] = {[BRR >> 2] = BRR_STORED, [CR1 >> 2] = CR1_STOR
 
 static const struct {
   uint32_t base;
-  uint8_t apb, interrupt; /* kernel clock (RM0368 figure 12) */
+  uint8_t apb, interrupt; /* apb: number of the bus that clocks the USART (RM0368 figure 12) */
   enum Request tx, rx;
 } VARIANTS[USARTS] = {
   {USART1_BASE, 2, 37, REQUEST_USART1_TX, REQUEST_USART1_RX},
@@ -74,7 +74,7 @@ static void flush(Usart *usart, bool detailed) {
   }
 }
 
-/* A gap or another frame begins a new run. */
+/* A gap, another frame duration, or a change of `connected` begins a new run. */
 static void open_run(Usart *usart, bool connected) {
   UsartRun *run = &usart->run;
   int64_t now_ps = now_of(usart);
@@ -267,7 +267,7 @@ static void serve_dma(Usart *usart) {
   }
 }
 
-/* Flags and enable bits have the same places, except errors (19.4). */
+/* A flag and its enable bit have the same bit number, except error flags (19.4). */
 static bool is_interrupt_active(const Usart *usart) {
   uint32_t cr1 = REGISTER(usart, CR1), status = status_of(usart);
   bool errors = cr1 & CR1_RXNEIE || (REGISTER(usart, CR3) & (CR3_EIE | CR3_DMAR)) == (CR3_EIE | CR3_DMAR);
@@ -352,7 +352,7 @@ static void usart_write(Peripheral *peripheral, uint32_t offset, uint32_t value,
 
 static void usart_clocks_changed(Peripheral *peripheral) { set_frame((Usart *)peripheral); }
 
-/* Frames on the wire are finished. */
+/* Frames that are already on the wire are still finished. */
 static void usart_reset(Peripheral *peripheral) {
   Usart *usart = (Usart *)peripheral;
   memset(usart->registers, 0, sizeof usart->registers);

@@ -30,7 +30,7 @@ typedef struct {
   int64_t txe_ps, idle_ps; /* times when DR is empty, and when the line is idle */
   int64_t tc_ps;           /* time when TC is set */
   int16_t pending_byte;    /* byte that waits until TE and UE are set; -1: none */
-  uint8_t sr_read;         /* SR was read since the last write of DR: the next write clears TC */
+  uint8_t sr_read;         /* SR was read after the latest write of DR: the next write of DR clears TC */
   /* Bytes that Python has not received. */
   uint8_t buffer[USART_BUFFER];
   int32_t buffer_length;
@@ -52,7 +52,7 @@ typedef struct {
   /* Frames of a gapless run, from number `first` on. detailed: the trace needs them. */
   void (*sent)(int64_t now_ps, int32_t peripheral, int64_t start_ps, int64_t num, int64_t den, int32_t connected,
                int64_t first, const uint8_t *bytes, int32_t length, int32_t detailed);
-  /* The last byte that sent() has passed was overwritten in DR by value. */
+  /* The latest byte that sent() has passed was overwritten in DR with `value`. */
   void (*replaced)(int64_t now_ps, int32_t peripheral, int32_t value);
 } UsartCalls;
 
