@@ -168,7 +168,7 @@ def _tilt(field: str) -> tuple[Formula, list[Formula], str]:
         Formula(
             lambda row: _deg(math.atan2(up(row), root(row, own))),
             f"{field} fits a formula with {name} in the root",
-            f"The other two axes belong there: {text}.",
+            f"Put the other two axes in the root: {text}.",
         ),
         Formula(
             lambda row: _deg(math.atan2(up(row), math.hypot(row.acc[0], row.acc[1]))),
@@ -300,7 +300,7 @@ _NO_YAW = Formula(
 _STRONG_MGAUSS = 100.0
 _YAW_IN_RADIANS = Formula(
     lambda row: math.atan2(*_yaw(row, _angles(row))),
-    "Yaw is 57.3 times too small, as in radians",
+    "Yaw is 57.3 times too small, as if in radians",
     "Likely the conversion is missing: azimuth = azimuth * 180 / pi.",
     math.pi / 180,
 )
@@ -380,7 +380,7 @@ def _times(rows: Sequence[Block], right: Formula) -> Iterator[Formula]:
     if factor <= 0 or 1 / _PLAIN_FACTOR < factor < _PLAIN_FACTOR:
         return
     degc = (
-        ", as with the temperature in degC, or with 0.065 for 0.0065"
+        ", as if the temperature were in degC, or 0.065 instead of 0.0065"
         if _OF_DEGC[0] < factor < _OF_DEGC[1]
         else ""
     )

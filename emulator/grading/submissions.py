@@ -233,7 +233,9 @@ def _resolved(entry: SubmittedEntry, roster: Roster | None) -> _Resolved:
     students = list(dict.fromkeys((*by_id, *by_name)))
     if len(students) > 1:
         could_be = " or ".join(map(_shown, students[:3]))
-        problem = f"its name is ambiguous: {could_be}; add the file to the roster's column submission"
+        problem = (
+            f"its name fits more than one student: {could_be}; add the file to the roster's column submission"
+        )
         return _Resolved(entry, unknown, False, problem)
     if students:
         return _Resolved(entry, students[0], True, entry.problem, sure=bool(by_id))
