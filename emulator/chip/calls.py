@@ -331,7 +331,7 @@ class Caller:
         held = core.halted
         if held:
             raise InputError(
-                f"{name}() reaches a peripheral, but a debugger holds the chip; continue it first",
+                f"{name}() accesses a peripheral, but a debugger has stopped the chip; continue the program first",
                 kind="chip_held",
             )
         everything, pc, chosen = CoreRegisters(core, EVERYTHING), core.pc, CoreRegisters(core, _SET)

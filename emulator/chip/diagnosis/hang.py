@@ -113,7 +113,7 @@ class Interrupts:
         priority = self._core.priority
         if not self.handled:
             basepri = max(masks.basepri for masks in self._masks)
-            return f"BASEPRI is 0x{basepri:02X}, and SysTick's priority {priority(SYS_TICK) >> 4}."
+            return f"BASEPRI is 0x{basepri:02X}, and SysTick's priority is {priority(SYS_TICK) >> 4}."
         running = self.handled
         return (
             f"SysTick (priority {priority(SYS_TICK) >> 4}) cannot interrupt the handler of "

@@ -73,9 +73,9 @@ class PllOutput:
     def problem(self) -> str:
         """Return the violated rule, or "" (6.3.2)."""
         if not 950_000 <= self.input_hz <= 2_100_000:  # the datasheet's limits; the manual says 1 to 2 MHz
-            return f"PLL input must be 1 to 2 MHz, not {self.input_hz / 1e6:g} MHz; change M"
+            return f"PLL input, set by M, must be 1 to 2 MHz, not {self.input_hz / 1e6:g} MHz"
         if not 192_000_000 <= self.vco_hz <= 432_000_000:
-            return f"PLL VCO must be 192 to 432 MHz, not {self.vco_hz / 1e6:g} MHz; change N"
+            return f"PLL VCO, set by N, must be 192 to 432 MHz, not {self.vco_hz / 1e6:g} MHz"
         if self.p_hz > 84_000_000:
             return f"PLL output is {self.p_hz / 1e6:g} MHz; the chip's limit is 84 MHz"
         return ""
@@ -430,7 +430,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
             self.note(
                 "forbidden",
                 "wrong-crystal",
-                f"{problem}; the board's crystal has {crystal_mhz:g} MHz, the settings fit {fits_mhz:g} MHz",
+                f"{problem}; the board's crystal has {crystal_mhz:g} MHz, but the settings fit {fits_mhz:g} MHz",
                 crystal_mhz=crystal_mhz,
                 fits_mhz=fits_mhz,
             )
