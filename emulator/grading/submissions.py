@@ -175,7 +175,7 @@ def find_submissions(where: Path, roster: Roster | None, scratch: Path) -> list[
         first = found.get(one.student.id.casefold())
         if first is not None and not one.sure and one.entry.group != first.entries[0].group:
             student = Student(platforms.stem(one.entry.path))
-            problem = f"its name is that of {_shown(first.student)}, who has another submission"
+            problem = f"it has the name of {_shown(first.student)}, who has another submission"
             one = _Resolved(one.entry, student, None if roster is None else False, problem)  # noqa: PLW2901
             first = found.get(student.id.casefold())
         found[one.student.id.casefold()] = _joined(first, one)

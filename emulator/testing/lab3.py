@@ -350,7 +350,7 @@ class _Properties:
             limit = 2 * LEAST_MGAUSS if self.coarse else 1
             right = all(abs(found - true) <= limit for found, true in zip(last, end, strict=True))
             assert right, (
-                f"of a field of {_axes(end)} mgauss on a board with a hard iron of {_axes(offset)} mgauss "
+                f"with a field of {_axes(end)} mgauss and a hard iron of {_axes(offset)} mgauss, "
                 f"the calibration leaves {_axes(last)}"
             )
 
