@@ -165,7 +165,7 @@ class Sensor:
             now_ps,
             "not accessible",
             "loading",
-            f"trimming values are loaded until {from_ms:g} ms",
+            f"trimming values are loaded until the time {from_ms:g} ms",
             until_ms=from_ms,
         )
 

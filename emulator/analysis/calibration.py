@@ -53,13 +53,16 @@ def _cause(constant: Numbers, iron: Numbers, radius: float, off: NDArray[np.bool
             f"Likely this axis is omitted, or another axis is used: {_SUBTRACT}",
         )
     if _alike(constant[magnetic], 2 * iron[magnetic]):
-        return "MAG has the board's hard iron twice", f"Likely it is added instead of subtracted: {_SUBTRACT}"
+        return (
+            "MAG has the board's hard iron twice",
+            f"Likely the hard iron is added instead of subtracted: {_SUBTRACT}",
+        )
     outside = magnetic & (np.abs(iron) > radius)
     from_zero = (iron + np.sign(iron) * radius) / 2
     if outside.any() and _alike(centre[outside], from_zero[outside]):
         return (
-            "MAG is off by a constant, as with a minimum or maximum that begins at 0",
-            "mag_min begins at 10000 and mag_max at -10000, so that the first sample replaces both.",
+            "MAG is off by a constant, as if a minimum or maximum began at 0",
+            "Let mag_min begin at 10000 and mag_max at -10000, so that the first sample replaces both.",
         )
     if _alike(np.abs(centre), np.full(3, radius)):
         return (
@@ -68,7 +71,7 @@ def _cause(constant: Numbers, iron: Numbers, radius: float, off: NDArray[np.bool
         )
     return (
         f"MAG is off by a constant on {names} after the board was turned",
-        f"The middle of each axis: {_SUBTRACT}",
+        f"Subtract the middle of each axis: {_SUBTRACT}",
     )
 
 

@@ -125,7 +125,7 @@ def tolerances(given: Iterable[tuple[str, float]]) -> dict[str, float]:
         if not fields:
             raise InputError(f"unknown field {name!r}; known: {', '.join(FIELDS)}, or ACC, GYR, MAG")
         if not 0 <= value < float("inf"):
-            raise InputError(f"tolerance {value} of {name}; it must be a number of 0 or more")
+            raise InputError(f"tolerance of {name} must be a number of 0 or more, not {value}")
         chosen.update(dict.fromkeys(fields, value))
     return chosen
 

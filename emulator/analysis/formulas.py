@@ -163,22 +163,22 @@ def _tilt(field: str) -> tuple[Formula, list[Formula], str]:
         Formula(
             lambda row: _deg(math.atan2(up(row), root(row) ** 2)),
             f"{field} fits the formula without sqrt(), or with a wrong root",
-            f"The sum of the squares needs its root: {text}.",
+            f"Take the square root of the sum of the squares: {text}.",
         ),
         Formula(
             lambda row: _deg(math.atan2(up(row), root(row, own))),
             f"{field} fits a formula with {name} in the root",
-            f"The other two axes belong there: {text}.",
+            f"Put the other two axes in the root: {text}.",
         ),
         Formula(
             lambda row: _deg(math.atan2(up(row), math.hypot(row.acc[0], row.acc[1]))),
             f"{field} fits the formula with Gx and Gy in the root",
-            f"Gz belongs there: {text}.",
+            f"Use Gz in the root: {text}.",
         ),
         Formula(
             lambda row: _deg(math.atan2(root(row), up(row))),
             f"{field} fits the formula with atan2's arguments exchanged",
-            f"atan2(y, x): the numerator comes first: {text}.",
+            f"The numerator comes first in atan2(y, x): {text}.",
         ),
         Formula(
             lambda row: _deg(math.atan2(up(row), row.acc[other] + row.acc[2])),
@@ -255,17 +255,17 @@ _WRONG_YAW = (
     Formula(
         lambda row: _deg(math.atan2(*_yaw(row, _in_degrees(row)))),
         "Yaw fits the formula with sin() and cos() of degrees",
-        "They take radians: convert pitch and roll to degrees after the yaw is computed.",
+        "sin() and cos() take radians: convert pitch and roll to degrees after the yaw is computed.",
     ),
     Formula(
         lambda row: _deg(math.atan2(-row.mag[1], row.mag[0])),
         "Yaw fits the formula without the tilt compensation",
-        f"It is right only while the board is level; use By2 and Bx3: {_LINES}.",
+        f"That formula is correct only while the board is level; use By2 and Bx3: {_LINES}.",
     ),
     Formula(
         lambda row: _deg(math.atan(_ratio(*_yaw(row, _angles(row))))),
         "Yaw fits the formula with atan() of a quotient, from -90 to 90 degrees",
-        "atan2(By2, Bx3) knows all four quadrants.",
+        "Use atan2(By2, Bx3), which covers all four quadrants.",
         period_deg=180.0,
     ),
     Formula(
@@ -295,12 +295,12 @@ _WRONG_YAW = (
     ),
 )
 _NO_YAW = Formula(
-    lambda _: 0.0, "Yaw is always 0", "Compute it in eCompass(), and print the variable azimuth."
+    lambda _: 0.0, "Yaw is always 0", "Compute the yaw in eCompass(), and print the variable azimuth."
 )
 _STRONG_MGAUSS = 100.0
 _YAW_IN_RADIANS = Formula(
     lambda row: math.atan2(*_yaw(row, _angles(row))),
-    "Yaw is 57.3 times too small, as in radians",
+    "Yaw is 57.3 times too small, as if in radians",
     "Likely the conversion is missing: azimuth = azimuth * 180 / pi.",
     math.pi / 180,
 )
@@ -312,7 +312,7 @@ def _ratio(one: float, other: float) -> float:
 
 _UNCALIBRATED = Formula(
     lambda row: _deg(math.atan2(*_yaw(row._replace(mag=row.raw_mag), _angles(row)))),
-    "Yaw is that of MAG before its calibration, with the board's hard iron",
+    "Yaw is computed from MAG before its calibration, with the board's hard iron",
     "In HAL_TIM_PeriodElapsedCallback(): ReadSensorRawData(), then MagCalibration(), then eCompass().",
 )
 
@@ -358,7 +358,7 @@ def altitude_hint(lines: Sequence[LabLine], temperature_degc: float) -> Hint | N
     rows = blocks(lines, "Altitude:")
     printed = {(row.line.values or {})["Altitude"] for row in rows}
     if len(printed) >= _FEW_HEIGHTS and all(one == round(one) for one in printed):
-        advice = "A number that is kept in an int loses its fraction: float alt."
+        advice = "An int loses the fraction of a number: declare float alt."
         return Hint("Altitude is cut to whole metres", (advice,), rows[-1].line)
     truths = [(row.line.truth["Altitude"], (row.line.values or {})["Altitude"]) for row in rows]
     off = sum(truth.distance(value) > _OFF_M for truth, value in truths)
@@ -380,7 +380,7 @@ def _times(rows: Sequence[Block], right: Formula) -> Iterator[Formula]:
     if factor <= 0 or 1 / _PLAIN_FACTOR < factor < _PLAIN_FACTOR:
         return
     degc = (
-        ", as with the temperature in degC, or with 0.065 for 0.0065"
+        ", as if the temperature were in degC, or 0.065 instead of 0.0065"
         if _OF_DEGC[0] < factor < _OF_DEGC[1]
         else ""
     )
@@ -404,21 +404,21 @@ def _wrong_altitudes(ratio: Callable[[Block], float], kelvin: float) -> Iterator
     yield Formula(
         lambda row: -_height(1 / ratio(row), kelvin),
         "Altitude fits the formula with the ratio upside down, or its sign",
-        f"The floor's pressure is above the fraction's bar: {_ALTITUDE}.",
+        f"The floor's pressure is the numerator: {_ALTITUDE}.",
     )
     yield Formula(
         lambda row: _height(1 / ratio(row), kelvin),
         "Altitude is negated",
-        f"The floor's pressure is above the fraction's bar: {_ALTITUDE}.",
+        f"The floor's pressure is the numerator: {_ALTITUDE}.",
     )
     yield Formula(
         lambda row: _height(_SEA_HPA / row.pre, kelvin),
-        "Altitude is above sea level, as with 1013.25 hPa for P0",
+        "Altitude is above sea level, as if P0 were 1013.25 hPa",
         f"0 m is the room's floor: P0 is press_zero_level, read at the start. {_ALTITUDE}.",
     )
     yield Formula(
         lambda row: 44330 * (1 - math.pow(row.pre / _SEA_HPA, 1 / 5.255)),
-        "Altitude is above sea level, as with 44330 m and 1013.25 hPa",
+        "Altitude is above sea level, as if computed with 44330 m and 1013.25 hPa",
         f"0 m is the room's floor: P0 is press_zero_level, read at the start. {_ALTITUDE}.",
     )
     yield Formula(

@@ -202,7 +202,7 @@ def _beyond_a_half_turn(lines: Sequence[LabLine], where: _Where) -> Iterator[Dia
     ]
     right = sum(one < YAW.far for one in apart) >= len(bad) / 2
     if right:
-        likely = "A full turn too much: remove the code that makes negative angles positive."
+        likely = "The yaw is off by a full turn: remove the code that makes negative angles positive."
     else:
         likely = "Likely the wrap is wrong: subtract 360 above 180 degrees, add 360 below -180, nothing else."
     details = _shown(bad[-1]), "atan2 returns -180 to 180 degrees, like the yaw of the slides.", likely
@@ -255,14 +255,14 @@ def _not_a_number(board: Board, lines: Sequence[LabLine], where: _Where) -> Iter
         sentences = [_shown(bad[-1])]
         if any(name[:4] in ("asin", "acos") for name in called):
             sentences.append(
-                "asin and acos take -1 to 1: an acceleration in mg, or one that noise makes a little larger "
-                "than 1 g, is outside. Use the slides' atan2, which has no such limit."
+                "asin and acos accept -1 to 1. An acceleration in mg is outside, and noise can put 1 g outside. "
+                "Use the slides' atan2, which has no such limit."
             )
         if called:
-            sentences.append(f"The program calls these functions that can return it: {', '.join(called)}.")
-        sentences.append(
-            "A root or a logarithm of a negative number and 0 / 0 return nan, x / 0 returns inf."
-        )
+            sentences.append(
+                f"The program has these functions, which can return nan or inf: {', '.join(called)}."
+            )
+        sentences.append("0 / 0 and the root or logarithm of a negative number are nan; x / 0 is inf.")
         what = "nan" if "nan" in bad[-1].text else "inf"
         summary = f"{where.printed(bad[-1])}{what} is printed, which is not a number"
         yield Diagnosis("numbers", summary, tuple(sentences), fatal=False)
@@ -327,8 +327,10 @@ def _same_twice(reads: Sequence[BusTransfer]) -> Iterator[Diagnosis]:
         if bursts.count(twice) >= 3 and never not in bursts and len(bursts) == len(reads) - _others(reads):
             yield Diagnosis(
                 "bus",
-                f"the {what}'s registers (0x{never:02X}) are not read; those at 0x{twice:02X} are, twice",
-                ("The gyroscope's begin at OUTX_L_G (0x22), the accelerometer's at OUTX_L_XL (0x28).",),
+                f"the {what}'s registers (0x{never:02X}) are not read; the registers at 0x{twice:02X} are read twice",
+                (
+                    "The gyroscope's registers begin at OUTX_L_G (0x22), the accelerometer's at OUTX_L_XL (0x28).",
+                ),
                 fatal=False,
             )
 
@@ -350,7 +352,7 @@ def _switched_off(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]
             wanted = "2 or 3, idle" if what == "magnetometer" else "0, power-down"
             yield Diagnosis(
                 "sensor",
-                f"the {what} is not switched on, and {label[:3]} is printed",
+                f"the {what} is not switched on, but {label[:3]} is printed",
                 (
                     f"{field} is {wanted}: its output registers do not change.",
                     "Call enableAllSensors() after initializeAllSensors().",

@@ -328,7 +328,10 @@ def _of_tilt() -> Iterator[Change]:
         "Pitch and Roll are exchanged",
         ("Check the order of PRINTF's arguments, and the axes in each formula.", _LOOK_TILT),
     )
-    ways = ((math.pi / 180, "57.3 times too small, as in radians"), (180 / math.pi, "57.3 times too large"))
+    ways = (
+        (math.pi / 180, "57.3 times too small, as if in radians"),
+        (180 / math.pi, "57.3 times too large"),
+    )
     for factor, what in ways:
         yield Change(
             _scaled(factor),

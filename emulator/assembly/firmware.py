@@ -159,7 +159,7 @@ def _tried_out(
         return None, ""
     for wiring in others:
         if reaches_sensors(wiring):
-            return wiring, f"in a trial run a sensor answered on {wiring.bus}, none on {usual.bus}"
+            return wiring, f"in a trial run a sensor answered on {wiring.bus}, but no sensor on {usual.bus}"
     return None, ""
 
 

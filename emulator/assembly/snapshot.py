@@ -71,7 +71,9 @@ class Snapshot:
     def restore(self, root: object) -> None:
         """Restore the state. Raises InputError for another ``root``."""
         if root is not self._root:
-            raise InputError("the snapshot must be of this board; restore the board that it was taken of")
+            raise InputError(
+                "the snapshot must be of this board; restore it on the board from which it was taken"
+            )
         for attributes, saved in self._attributes:
             if len(attributes) != len(saved):
                 attributes.clear()

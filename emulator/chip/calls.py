@@ -52,12 +52,12 @@ _SET: Final = _CORE + _FLOATS
 _NEEDS_TIME: Final = frozenset({Stop.WFI, Stop.WFE, Stop.SVC, Stop.BKPT, Stop.EXCEPTION_RETURN, Stop.SLICE})
 _WHY: Final = {
     Stop.UNDEFINED: "executed an undefined instruction",
-    Stop.INVALID_STATE: "left Thumb state, as with a function pointer that is not set",
+    Stop.INVALID_STATE: "left Thumb state, likely through a function pointer that is not set",
     Stop.NO_COPROCESSOR: "used a coprocessor that this chip does not have",
     Stop.UNALIGNED: "made an unaligned access",
     Stop.DIVIDE_BY_ZERO: "divided by zero",
     Stop.FETCH: "executed an address without memory",
-    Stop.EXECUTE_NEVER: "executed an address without code, as with a function pointer that is not set",
+    Stop.EXECUTE_NEVER: "executed an address without code, likely through a function pointer that is not set",
     Stop.READ: "read an address without memory",
     Stop.WRITE: "wrote to an address that cannot be written",
 }
@@ -331,7 +331,7 @@ class Caller:
         held = core.halted
         if held:
             raise InputError(
-                f"{name}() reaches a peripheral, but a debugger holds the chip; continue it first",
+                f"{name}() accesses a peripheral, but a debugger has stopped the chip; continue the program first",
                 kind="chip_held",
             )
         everything, pc, chosen = CoreRegisters(core, EVERYTHING), core.pc, CoreRegisters(core, _SET)

@@ -118,7 +118,7 @@ def _build_failed(folder: Path, log: str, command: str) -> str:
     shown = [f"  {line[:WIDTH]}" for line in dict.fromkeys(errors)][:_ERRORS_SHOWN]
     again = command_line(["fcu", command, *([] if folder == Path() else [str(folder)])])
     title = f"{visible(str(folder))} does not build:"
-    return "\n".join([title, *shown, f"Fix the first error, then: {visible(again)}"])
+    return "\n".join([title, *shown, f"Fix the first error, then run: {visible(again)}"])
 
 
 @dataclass(frozen=True)

@@ -427,7 +427,7 @@ class _Screen:
         if folder is not None:
             commands += [(self._run(folder / f"{one}.toml"), "run this motion") for one in replays]
         elif replays:
-            commands.append((f"{commands[0][0]} --save motions", "save its motions as scenarios"))
+            commands.append((f"{commands[0][0]} --save motions", "save the motions as scenarios"))
         yield from _commands(commands)
         if self._options.hints and not self._hints_are_shown(causes):
             yield f"  Hints for exercise {name} appear when the problem above is fixed."

@@ -60,7 +60,7 @@ def run(options: RunOptions) -> ExitCode:
     "-o",
     "--output",
     type=PATH,
-    help="The picture: a PNG, SVG or PDF file. Default: RUN with .png.",
+    help="The picture: a PNG, SVG or PDF file. Default: RUN with the ending .png.",
 )
 def plot(record: Path, output: Path | None) -> None:
     """Draw a run's printed numbers with the true values at the same times.
@@ -94,10 +94,9 @@ def terminal(where: str | None, board: str | None) -> ExitCode:
 def move(options: MoveOptions) -> None:
     """Move the running board: fcu move --roll 30 --for 1s, fcu move lift 2, fcu move tap.
 
-    GESTURE is lift, tap, shake, free_fall, figure_eight, turn_over, pass_magnet or flat: the words of
-    scenarios; flat lays the board on the floor. AMOUNT is the metres of lift and pass_magnet (the distance of
-    the magnet), the g of tap and shake, the turns of figure_eight. --north, --east and --up push it straight.
-    Without a move: the board's attitude.
+    The gestures have the same names in scenarios; flat lays the board on the floor. AMOUNT is in metres for lift
+    and pass_magnet (distance of the magnet), in g for tap and shake, and in turns for figure_eight. --north,
+    --east and --up push the board straight. Without a move, the command prints the board's attitude.
     """
     from fcu_emulator.emulator.cli.move import move as move_board
 
@@ -109,9 +108,9 @@ def move(options: MoveOptions) -> None:
 def diff(options: DiffOptions) -> ExitCode:
     """Run firmwares A and B on the same scenario and show where they first differ.
 
-    Compared are the terminal's lines, the register writes of each sensor, the edges of the LEDs, and the
-    times of all these. Exit code 0: no difference, 1: some, 2: wrong use, 3: both failed alike, 4: not
-    comparable.
+    The command compares the terminal's lines, the register writes of each sensor, the edges of the LEDs, and
+    the times of all these. Exit code 0: no difference, 1: differences, 2: wrong use, 3: both programs failed
+    in the same way, 4: not comparable.
     """
     from fcu_emulator.emulator.cli.isolated import in_worker, limits_of_run
 
@@ -131,8 +130,8 @@ def grade(options: GradeOptions) -> ExitCode:
 
     SUBMISSIONS is a folder (or its zip file) with an entry for each student: a folder, a zip file, main.c or
     a built file. Programs that were judged before are not judged again: the same command resumes an
-    interrupted run. Exit code 0: each is judged, or the reports say why it cannot be; 4: some were not judged,
-    and the students are not the cause.
+    interrupted run. Exit code 0: each submission is judged, or the reports say why it cannot be
+    judged; 4: some were not judged, and the students are not the cause.
     """
     from fcu_emulator.emulator.cli.grade import grade as grade_class
 
@@ -144,7 +143,7 @@ def grade(options: GradeOptions) -> ExitCode:
 def web(options: WebOptions) -> ExitCode:
     """Show the board live in the browser: move it, watch it, plot it.
 
-    FIRMWARE is as for fcu run. A file is loaded again when it changes. Ctrl-C ends it.
+    FIRMWARE is as for fcu run. A file is loaded again when it changes. Ctrl-C ends the server.
     """
     from fcu_emulator.emulator.cli.isolated import in_worker, limits_of_process
 
@@ -177,10 +176,10 @@ def new(directory: Path, bus: str, rubric: str | None) -> None:
 @cli.command(short_help="Build a project of fcu new without make.")
 @click.argument("folder", default=".", type=click.Path(path_type=Path, file_okay=False))
 def build(folder: Path) -> None:
-    """Build lab3.elf in FOLDER, a project of `fcu new`; default: the current one.
+    """Build lab3.elf in FOLDER, a project of `fcu new`. Default: the current folder.
 
-    The file is the same as that of make. You do not need make. The compiler may be on the PATH, or in the folder of
-    STM32CubeIDE, of Arm's installer, of xPack or of PlatformIO.
+    The file is the same as the file that make builds, but you do not need make. The compiler may be on the PATH,
+    or in the folder of STM32CubeIDE, of Arm's installer, of xPack or of PlatformIO.
     """
     from fcu_emulator.emulator.cli.build import build_and_say
 
@@ -192,9 +191,9 @@ def build(folder: Path) -> None:
 def check(options: CheckOptions) -> ExitCode:
     """Show completed exercises, the problems of the next one, and the next step.
 
-    FOLDER is a project of `fcu new`, which is built first; without it, the current one. FILE is an ELF, HEX
-    or BIN file, or a firmware's name. Exit code 0: all checks passed, 1: some failed, 2: it does not build or
-    cannot be used, 3: it crashed or hung, 4: something could not be judged.
+    FOLDER is a project of `fcu new`, which is built first. Default: the current folder. FILE is an ELF, HEX
+    or BIN file, or a firmware's name. Exit code 0: all checks passed, 1: some failed, 2: the program does not
+    build or cannot be used, 3: the program crashed or hung, 4: something could not be judged.
     """
     from fcu_emulator.emulator.cli.isolated import in_worker, limits_of_process
 

@@ -138,13 +138,13 @@ def _look(line: str) -> Look | None:
 
 def _what(difference: Difference, observed: Sequence[Observation]) -> str:
     if difference.inserted:
-        return "only one run has it; the next entries agree"
+        return "only one run has this entry; the next entries agree"
     if difference.first is None or difference.second is None:
         counts = " and ".join(str(len(side.sequences[difference.sequence])) for side in observed)
-        return f"only one run has it ({counts} entries)"
+        return f"only one run has this entry ({counts} entries)"
     if difference.only_time:
         one_s, other_s = (pace_ps / PS_PER_S for pace_ps in difference.paces_ps())
-        return f"same text at another pace: {one_s:.6f} s and {other_s:.6f} s after the previous entry"
+        return f"same text at another time: {one_s:.6f} s and {other_s:.6f} s after the previous entry"
     return "different text" if difference.sequence == TERMINAL else "different value"
 
 

@@ -49,7 +49,7 @@ def in_worker(limits: WorkerLimits) -> ExitCode:
     if ending.interrupted:
         return ExitCode.INTERRUPTED
     cause = ending.cause or f"it exited with the unexpected status {ending.code}"
-    raise NotJudgedError(f"the worker process died: {cause}; this gives no verdict about the firmware")
+    raise NotJudgedError(f"the worker process died: {cause}; the firmware was not judged")
 
 
 def announcement() -> Iterator[str]:

@@ -49,7 +49,7 @@ def entries(options: MoveOptions, truth: dict[str, Any]) -> list[dict[str, Any]]
         turns = [_turn(angles, options.duration, truth)] if turned else []
         return turns + [{"do": "move", "for": options.duration or _PUSHED_FOR, **ways}] * pushed
     if turned or pushed:
-        other = "an angle" if turned else "a way"
+        other = "an angle" if turned else "a distance"
         raise InputError(f"{options.gesture} must be given without {other}; use two commands")
     gesture = GESTURES[options.gesture]
     if options.amount is not None and gesture.usual is None:

@@ -156,7 +156,7 @@ class MoveOptions:
     pitch: float | None = option("--pitch", type=float, metavar="DEG")
     yaw: float | None = option("--yaw", type=float, metavar="DEG")
     north: float | None = option(
-        "--north", type=float, metavar="METRES", help="Push the board by this distance."
+        "--north", type=float, metavar="METRES", help="Push the board north by this distance."
     )
     east: float | None = option("--east", type=float, metavar="METRES")
     up: float | None = option("--up", type=float, metavar="METRES")
@@ -200,7 +200,7 @@ class DiffOptions:
         "--ignore",
         multiple=True,
         type=click.Choice(get_args(Ignorable)),
-        help="Leave out: the time between entries, the numbers in printed lines, the register writes or the "
+        help="Do not compare the time between entries, the numbers in printed lines, the register writes or the "
         "LEDs' edges; may be repeated.",
     )
     replay: bool = option("--replay", is_flag=True, help="Give A (lab3 or template) the samples that B read.")
@@ -224,14 +224,18 @@ class GradeOptions:
         help="Report late submissions; such as 2026-11-20T23:59, local time.",
     )
     only: Path | None = _file("Grade only the students of this CSV again.", "--only")
-    salt: Path | None = _file("Secret that draws the boards. Default: DIR/kept/salt.key.", "--salt")
+    salt: Path | None = _file(
+        "File with the secret that selects the boards. Default: DIR/kept/salt.key.", "--salt"
+    )
     jobs: int | None = option(
         "--jobs",
         type=click.IntRange(1, 1024),
         help="Number of processes on this machine. Default: one for each core.",
     )
     dask: str | None = option(
-        "--dask", metavar="ADDRESS", help="Judge on a cluster: its scheduler, such as tcp://host:8786."
+        "--dask",
+        metavar="ADDRESS",
+        help="Judge on a cluster: address of its Dask scheduler, such as tcp://host:8786.",
     )
     submission_type: SubmissionType | None = option(
         "--submission-type",
@@ -249,10 +253,10 @@ class GradeOptions:
     )
     anonymous: bool = option("--anonymous", is_flag=True, help="Reports with pseudonyms instead of names.")
     before_due_date: bool = option(
-        "--before-due-date", is_flag=True, help="Omit checks that are shown after the due date."
+        "--before-due-date", is_flag=True, help="Omit the checks that are shown only after the due date."
     )
     gradescope: bool = option(
-        "--gradescope", is_flag=True, help="Judge one submission, laid out as by Gradescope's autograder."
+        "--gradescope", is_flag=True, help="Judge one submission in the folders of Gradescope's autograder."
     )
     autograder: Path = option(
         "--autograder",
@@ -260,7 +264,7 @@ class GradeOptions:
         default=Path("/autograder"),
         show_default=True,
         metavar="DIR",
-        help="With --gradescope: its folder.",
+        help="With --gradescope: folder of the autograder.",
     )
     gradescope_zip: Path | None = _file(
         "Write the autograder for Gradescope; grade nothing.", "--gradescope-zip"

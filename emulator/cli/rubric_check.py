@@ -30,7 +30,7 @@ def check_rubric(file: str, programs: bool) -> None:
     for run, expectations in rubric.uncounted.items():
         _warn(
             f"run {run} names a scenario with {expectations} expectations that no check counts; "
-            "a check of that run without expect takes them"
+            "to count them, add a check of that run without expect"
         )
     for warning in margin_warnings(rubric):
         _warn(warning)
@@ -49,14 +49,14 @@ def _try(file: str, rubric: Rubric) -> None:
         click.echo(f"  {points:<10} {trial.program}{f': {checks}' if checks else ''}")
     given = _given_away(tried)
     if not given:
-        click.echo("  None of them gets a point.")
+        click.echo("  None of these programs gets a point.")
         return
     click.echo()
     for check, count in given.items():
         _warn(f"{check} gives points to {count} of these {len(tried)} programs")
     click.echo(
-        'Let each of these checks require one that such programs fail, for example requires = ["'
-        f'{_failed_by_all(tried) or "1.alarm"}"]; or give it no points.\n'
+        'In each of these checks, require a check that such programs fail, for example requires = ["'
+        f'{_failed_by_all(tried) or "1.alarm"}"]; or set its points to 0.\n'
         f"Then run: fcu rubric check {quoted(file)}"
     )
 

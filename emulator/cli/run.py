@@ -330,7 +330,7 @@ def judge_run(board: Board, runner: Runner) -> Judgement:
         return Judgement(ExitCode.PASSED)
     if board.clock.now_ps < plan.duration_ps and not runner.limit:
         lasts = f"the scenario lasts {seconds(plan.duration_ps)}"
-        cause = f"the run ended at {board.now_s:.3f} s, {lasts}" if runner.stopped else lasts
+        cause = f"the run ended at {board.now_s:.3f} s, but {lasts}" if runner.stopped else lasts
         return Judgement(ExitCode.NOT_JUDGED if plan.expectations else ExitCode.PASSED, unchecked=cause)
     result = plan.check(board, runner.limit)
     if runner.limit and not runner.limit.endswith("limits.wall"):
@@ -462,5 +462,5 @@ def open_debugger(board: Board, port: int | None, halt: bool, stack: ExitStack) 
 
 def announcement(server: GdbServer) -> str:
     """Return the command to type in gdb."""
-    waits = ", the firmware waits for it" if server.halted else ""
+    waits = "; the firmware waits for gdb" if server.halted else ""
     return f"gdb: target remote 127.0.0.1:{server.port}{waits}"

@@ -98,7 +98,7 @@ def _lost_ticks(board: Board) -> Iterator[str]:
     timer = board.timer
     if timer.lost:
         yield (
-            f"the callback takes longer than {1000 / timer.rate_hz:.3f} ms (the next one waited up to "
+            f"the callback takes longer than {1000 / timer.rate_hz:.3f} ms (the next call waited up to "
             f"{1000 * timer.longest_wait_s:.3f} ms); main() gets little time or none"
         )
 
@@ -108,7 +108,7 @@ def _other_uarts(board: Board, show: bool) -> Iterator[str]:
         if show:
             yield from (f"{name}: {line}" for line in data.decode(errors="replace").splitlines())
         elif board.terminal.uart.received_count():  # otherwise the diagnosis shows the first lines
-            yield f"{name} has no terminal, and the program sends on it; --all-uarts shows the output"
+            yield f"the program sends on {name}, which has no terminal; show the output with --all-uarts"
 
 
 def _resets(board: Board) -> Iterator[str]:

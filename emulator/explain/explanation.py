@@ -215,7 +215,10 @@ class _Explainer:
             *self._quoted(site),
             f"The lab has {step} = {text(mistake.formula)}.",
             *self._part(mistake, place),
-            f"At {attitude} this gives {_number(mistake.actual[pose])} in place of {_number(mistake.expected[pose])}.",
+            (
+                f"At {attitude} the program computes {_number(mistake.actual[pose])} in place of "
+                f"{_number(mistake.expected[pose])}."
+            ),
         )
         data = {
             "step": step,
@@ -282,7 +285,7 @@ class _Explainer:
         details = (
             *quoted,
             f"The lab sets {state.step} to {right.assigned} if {right.compared} {right.operator} {right.limit}.",
-            f"After some motion it is {_number(state.actual[-1])} in place of {_number(state.expected[-1])}.",
+            f"After some motion {state.step} is {_number(state.actual[-1])} in place of {_number(state.expected[-1])}.",
         )
         data = {
             "step": state.step,

@@ -130,9 +130,9 @@ def _never_tested(conditions: list[_Margin], thresholds: list[_Margin]) -> Itera
         least = min(near, key=lambda each: each.least, default=None)
         if least is not None and one.most >= least.least:
             yield (
-                f"{one.place} has a margin of {one.most:g} around {one.quantity} {one.value:g}, within which "
-                f"either is right, and the board rests only {least.least:g} from it ({least.place}): this does "
-                f"not test the threshold; give the condition a margin below {least.least:g}"
+                f"{one.place} accepts either result within {one.most:g} of {one.quantity} {one.value:g}, but the "
+                f"board rests only {least.least:g} from this value ({least.place}), so the threshold is not "
+                f"tested; give the condition a margin below {least.least:g}"
             )
 
 

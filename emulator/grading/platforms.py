@@ -119,7 +119,9 @@ def entries(folder: Path) -> list[SubmittedEntry]:
     there = {path.name for path in paths}
     for name, submitters in told.items():
         if name not in there:
-            reason = f"the download lacks the folder {one_line(name, 60)} that it lists; download it again"
+            reason = (
+                f"the download lists the folder {one_line(name, 60)}, but does not contain it; download again"
+            )
             found += (replace(one, path=folder / name, problem=reason, is_there=False) for one in submitters)
     return found
 

@@ -494,7 +494,8 @@ def _shipped(name: str) -> Path:
     hint = f"did you mean {near[0]}? " if near else ""
     known_text = f"known: {', '.join(known)}; " if known else ""
     raise InputError(
-        f"unknown rubric {name[:80]!r}; {hint}{known_text}a file's name ends in .toml", kind="unknown_rubric"
+        f"unknown rubric {name[:80]!r}; {hint}{known_text}the name of a file must end in .toml",
+        kind="unknown_rubric",
     )
 
 

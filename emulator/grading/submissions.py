@@ -176,7 +176,7 @@ def find_submissions(where: Path, roster: Roster | None, scratch: Path) -> list[
         first = found.get(one.student.id.casefold())
         if first is not None and not one.sure and one.entry.group != first.entries[0].group:
             student = Student(platforms.stem(one.entry.path))
-            problem = f"its name is that of {_shown(first.student)}, who has another submission"
+            problem = f"it has the name of {_shown(first.student)}, who has another submission"
             one = _Resolved(one.entry, student, None if roster is None else False, problem)  # noqa: PLW2901
             first = found.get(student.id.casefold())
         found[one.student.id.casefold()] = _joined(first, one)
@@ -234,7 +234,9 @@ def _resolved(entry: SubmittedEntry, roster: Roster | None) -> _Resolved:
     students = list(dict.fromkeys((*by_id, *by_name)))
     if len(students) > 1:
         could_be = " or ".join(map(_shown, students[:3]))
-        problem = f"its name is ambiguous: {could_be}; add the file to the roster's column submission"
+        problem = (
+            f"its name fits more than one student: {could_be}; add the file to the roster's column submission"
+        )
         return _Resolved(entry, unknown, False, problem)
     if students:
         return _Resolved(entry, students[0], True, entry.problem, sure=bool(by_id))

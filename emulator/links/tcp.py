@@ -208,7 +208,7 @@ class TcpLink:
             self.address,
             (self._lost_absent, "while no terminal was connected"),
             (self._lost_slow, "because a reader was too slow"),
-            (self._left_unread, "that readers did not read"),
+            (self._left_unread, "because readers did not read them"),
         )
         if self._refused:
             lines.append(

@@ -77,7 +77,9 @@ class Speed(PageCommand):
 
     def __post_init__(self) -> None:
         if self.factor is not None and not 0.01 <= self.factor <= 10:
-            raise MessageError(f"speed is {self.factor:g}; give a factor from 0.01 to 10, or null for max")
+            raise MessageError(
+                f"speed must be a factor from 0.01 to 10, or null for max, not {self.factor:g}"
+            )
 
 
 @dataclass(frozen=True)

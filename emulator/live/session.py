@@ -424,7 +424,7 @@ class LiveSession:
         if self.state == "failed":
             raise InputError("the firmware has failed; reset the board, or load another firmware")
         if self._halted:
-            raise InputError("gdb holds the board; type continue in gdb, or end gdb")
+            raise InputError("gdb has stopped the board; type continue in gdb, or quit gdb")
 
     def _perform(self, entry: TimelineAction) -> None:
         """Perform an entry one picosecond from now. Raises InputError."""
@@ -501,7 +501,7 @@ class LiveSession:
     def ways(self) -> list[str]:
         ways = [line for link in self._links for line in link.announce()]
         if self._debugger is not None:
-            waits = ", the firmware waits for it" if self._debugger.halted else ""
+            waits = "; the firmware waits for gdb" if self._debugger.halted else ""
             ways.append(f"gdb: target remote 127.0.0.1:{self._debugger.port}{waits}")
         return ways
 

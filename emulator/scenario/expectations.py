@@ -292,7 +292,7 @@ class _Number(Windowed):
         text = f'no line "{number.text}" among {len(lines)} lines'
         outside = [line for line in run.lines if number.is_begun_by(line.text)]
         if outside:
-            text += f"; the last one outside the window is at {seconds(outside[-1].at_ps)}"
+            text += f"; the last such line outside of the time window is at {seconds(outside[-1].at_ps)}"
         return self.failed("missing", text)
 
     def _malformed(
@@ -446,7 +446,7 @@ class ExpectWithin(_Number):
     min_difference: float = Field(0.0, ge=0)
 
     def describe(self) -> str:
-        apart = f", two of them {self.min_difference:g} apart" if self.min_difference else ""
+        apart = f", two prints differ by at least {self.min_difference:g}" if self.min_difference else ""
         return f"{self.title} from {self.min:g} to {self.max:g}{apart}{self.window_text()}"
 
     def evaluate(self, run: RunView) -> ExpectationResult:

@@ -273,7 +273,9 @@ class Resources:
                 f"must have at most {_MAX_ELEMENTS} repeated elements, not as many as {shown(pattern)}"
             )
         if self._elements_left < 0:
-            raise ValueError(f"exceeds the limit on all patterns with {shown(pattern)}; give fewer patterns")
+            raise ValueError(
+                f"{shown(pattern)} exceeds the limit for all patterns together; give fewer patterns"
+            )
 
     def _inside(self, name: str) -> Path:
         if "\0" in name:

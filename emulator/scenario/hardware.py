@@ -291,7 +291,7 @@ def _threshold_text(growing: Sequence[_LedSample], condition: Condition) -> str:
     dark, lit = _threshold(growing) or (0.0, 90.0)
     beyond = condition.beyond
     is_integer = beyond is not None and beyond < dark < beyond + 1
-    integers = ", as with abs() of an int instead of fabsf()" if is_integer else ""
+    integers = ", as if abs() of an int were used instead of fabsf()" if is_integer else ""
     return f"between {dark:.1f} and {lit:.1f}{unit_text(condition.quantity or '')}{integers}"
 
 

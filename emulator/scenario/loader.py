@@ -168,7 +168,7 @@ def _shipped(name: str) -> Path:
     near = difflib.get_close_matches(name[:_SHOWN], known, n=1)
     hint = f"did you mean {near[0]}? " if near else ""
     raise InputError(
-        f"unknown scenario {name[:_SHOWN]!r}; {hint}known: {', '.join(known)}; a file's name ends in .toml",
+        f"unknown scenario {name[:_SHOWN]!r}; {hint}known: {', '.join(known)}; the name of a file must end in .toml",
         kind="unknown_scenario",
     )
 

@@ -296,8 +296,8 @@ class Scenario:
         for name, table in tables:
             if isinstance(table, Window) and table.from_ >= self.duration_ps:
                 problem = (
-                    f"begins at {seconds(table.from_)}, when the scenario has ended "
-                    f"({seconds(self.duration_ps)}); look earlier or give a longer duration"
+                    f"begins at {seconds(table.from_)}, but the scenario ends at "
+                    f"{seconds(self.duration_ps)}; begin earlier, or give a longer duration"
                 )
                 raise ScenarioError(self.file, f"{name}.from", problem, kind="after_end")
 

@@ -83,7 +83,11 @@ def _token_difference(wanted: str, printed: str) -> str:
         decimals = len(printed.partition(".")[2])
         wanted_decimals = int(_DIGITS.findall(wanted)[0]) if _DIGITS.search(wanted) else 6
         if wanted.endswith("f") and decimals != wanted_decimals:
-            kind = f"{decimals} decimals, as of %.{decimals}f" if decimals else "no decimals, as of %d"
-            return f"{printed} has {kind}, where {wanted} prints {wanted_decimals}"
+            kind = (
+                f"{decimals} decimals, as printed by %.{decimals}f,"
+                if decimals
+                else "no decimals, as printed by %d,"
+            )
+            return f"{printed} has {kind} but {wanted} prints {wanted_decimals}"
         return f"{printed} in place of a whole number, {wanted}" if wanted.endswith("d") and decimals else ""
     return "" if wanted == printed else f'"{printed}" in place of "{wanted}"'

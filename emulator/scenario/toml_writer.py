@@ -32,7 +32,7 @@ def parse_entry(table: Mapping[str, Any], board: BoardDescription = FCU001V1) ->
     if isinstance(table, Mapping) and table.get("do") == "replay":
         raise InputError("cannot play a recording on a live board; put the replay into a scenario")
     if isinstance(table, Mapping) and "at" in table:
-        raise InputError("a live entry must not have a time; leave out at")
+        raise InputError("a live entry must not have a time; leave out the key at")
     try:
         return _ENTRY.validate_python(dict(table), context={"board": board})
     except (ValidationError, TypeError, ValueError) as error:

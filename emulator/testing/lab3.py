@@ -179,7 +179,9 @@ class Compiled:
             try:
                 find(self._names[name])
             except SymbolError as problem:
-                return f"{problem}; if it has another name: Compiled(..., names={{{name!r}: ...}})"
+                return (
+                    f"{problem}; if the function has another name, use Compiled(..., names={{{name!r}: ...}})"
+                )
         return ""
 
     def angles(self, acc: Vector, mag: Vector) -> Angles:
@@ -248,8 +250,8 @@ def _by_hand(firmware: str, scenario: str) -> str:
     if scenario:
         return f"On the board: save as {FILE}, then\n\n    {command(firmware)}\n\n{scenario}# end of {FILE}"
     return (
-        "Not visible on the board: its sensors do not give the function such arguments, or the error is "
-        "below their resolution. Call the function itself (docs/ci.md, Single functions)."
+        "The error is not visible on the board: the sensors do not give the function such arguments, or the "
+        "error is smaller than the sensors' resolution. Call the function itself (docs/ci.md, Single functions)."
     )
 
 
@@ -350,7 +352,7 @@ class _Properties:
             limit = 2 * LEAST_MGAUSS if self.coarse else 1
             right = all(abs(found - true) <= limit for found, true in zip(last, end, strict=True))
             assert right, (
-                f"of a field of {_axes(end)} mgauss on a board with a hard iron of {_axes(offset)} mgauss "
+                f"with a field of {_axes(end)} mgauss and a hard iron of {_axes(offset)} mgauss, "
                 f"the calibration leaves {_axes(last)}"
             )
 

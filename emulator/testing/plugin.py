@@ -92,7 +92,7 @@ class Dut:
             text, _ = self._since()
             match = re.search(pattern, text)
             if match:
-                pytest.fail(f"{match.group()!r} was printed, which {_shown(pattern)} must not match")
+                pytest.fail(f"{match.group()!r} was printed, but no output may match {_shown(pattern)}")
             if self.board.now_s >= end_s:
                 return
             self.board.run_for(min(_STEP_S, max(end_s - self.board.now_s, 1e-12)))
@@ -112,7 +112,7 @@ class Dut:
             limit = max((match.end() for match in found), default=len(text))
             unwanted = re.search(never, text[:limit]) if never is not None else None
             if unwanted:
-                pytest.fail(f"{unwanted.group()!r} was printed, which {_shown(never)} must not match")
+                pytest.fail(f"{unwanted.group()!r} was printed, but no output may match {_shown(never)}")
             if found and (not everyone or len(found) == len(wanted)):
                 if not everyone:
                     found = [min(found, key=lambda match: match.end())]
@@ -165,7 +165,7 @@ def board(
     unknown = [name for name in asked if name not in (*_MARKER, "profile")]  # Board warns about the old name
     if unknown:
         takes = ", ".join(_MARKER)
-        problem = f"the marker board has no {unknown[0]!r}; it takes a firmware, and {takes}"
+        problem = f"the marker board has no argument {unknown[0]!r}; give a firmware, and any of {takes}"
         pytest.fail(problem, pytrace=False)
     try:
         made = Board(firmware, **asked)

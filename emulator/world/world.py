@@ -456,7 +456,9 @@ class World(Changes):
             least = f"at least one period, {1.0 / frequency:g} s"
             raise InputError(f"duration_s must be {least}, not {duration_s!r}", kind="too_short")
         angular = 2.0 * np.pi * frequency
-        limits.EXCURSION.check("way of the shake (lower g or higher Hz)", 2.0 * amplitude / angular**2)
+        limits.EXCURSION.check(
+            "distance of the shake (use a lower g or a higher Hz)", 2.0 * amplitude / angular**2
+        )
         direction = np.array(SHAKE_DIRECTIONS[axis])
         end = start + periods / frequency
         self._shakes.add(start, end, ShakeSegment(start, direction, amplitude, angular))

@@ -77,30 +77,30 @@ FUNCTIONS = (
     Function(
         "power-on, REBOOT, SOFT_RST",
         "AN5069 3 and 7",
-        "the registers answer during REBOOT, and after power-on (Board(cold_start=True)) not for 20 ms",
+        "the registers answer during REBOOT; after power-on (Board(cold_start=True)) they do not answer for 20 ms",
     ),
     Function(
         "modes, rates, turn-on and conversion times",
         "AN5069 3, Table 8",
-        "a sample is the mean of the field over the conversion that ends with it; how far the rates are off "
-        "is taken as the LSM6DSL's; turn-on and conversion times are the documented ones in every part",
+        "a sample is the mean of the field over its conversion; the error of the rates is assumed to be as large "
+        "as the LSM6DSL's; every part has the documented turn-on and conversion times",
     ),
     Function(
         "magnetic measurement",
         "datasheet Table 3",
-        "offset, sensitivity, drift and noise are drawn from the datasheet's figures; cross-axis figures, "
-        "which it does not give, from 1 %",
-        "stray fields across an axis, which cut the range; offsets left behind by strong fields",
+        "offset, sensitivity, drift and noise are drawn from the datasheet's figures; cross-axis "
+        "sensitivity, for which it has no figures, is drawn from 1 %",
+        "stray fields across an axis, which reduce the range; offsets that remain after strong fields",
     ),
     Function(
         "low-pass filter (LPF)",
         "datasheet 8.6",
-        "the mean of two measurements, whose bandwidth and noise are the documented ones",
+        "the mean of two measurements, with the documented bandwidth and noise",
     ),
     Function(
         "set and reset pulses, offset cancellation",
         "AN5069 8",
-        "the 63 measurements between set pulses are counted from leaving idle",
+        "the count of 63 measurements between set pulses begins when the sensor leaves idle",
     ),
     Function("hard-iron offset registers", "AN5069 9"),
     Function(

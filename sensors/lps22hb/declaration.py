@@ -61,10 +61,10 @@ FUNCTIONS = (
     Function(
         "pressure and temperature at a rate",
         "datasheet Table 3",
-        "accuracy over pressure and temperature is a straight line each; no document has the noise of "
-        "settings other than the quietest: chosen for sensible heights, 0.012 hPa RMS in low current without "
-        "a filter; how far the rates are off is taken as the LSM6DSL's; no document describes pressures outside "
-        "260 to 1260 hPa: it measures as inside, and a note says so",
+        "the error is one straight line over pressure and one over temperature; no document has the noise of "
+        "settings other than the quietest, so that it was chosen for sensible heights, 0.012 hPa RMS in low "
+        "current without a filter; the error of the rates is assumed to be as large as the LSM6DSL's; no document "
+        "describes pressures outside 260 to 1260 hPa: the sensor measures as inside, and a note says so",
     ),
     Function(
         "one shot",

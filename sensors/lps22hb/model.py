@@ -249,7 +249,7 @@ class LPS22HB(Sensor):
                 at_ps,
                 "out of range",
                 "pressure-range",
-                f"{hpa:.0f} hPa; specified from {low:.0f} to {high:.0f} hPa",
+                f"{hpa:.0f} hPa; the sensor is specified from {low:.0f} to {high:.0f} hPa",
                 hpa=hpa,
                 min_hpa=low,
                 max_hpa=high,

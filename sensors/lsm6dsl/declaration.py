@@ -105,16 +105,16 @@ FUNCTIONS = (
     Function(
         "accelerometer: rates, modes, full scales, user offset",
         "AN5040 3 and 4.6",
-        "a changed configuration acts from the next sample on; how far the rates are off was chosen from "
-        "measured parts, and stays so over temperature",
-        "what disturbs the samples that drivers discard after turn-on (AN5040 Table 13)",
+        "a changed configuration acts from the next sample on; the error of the rates was chosen "
+        "from measured parts, and does not depend on temperature",
+        "disturbances of the samples that drivers discard after turn-on (AN5040 Table 13)",
     ),
     Function(
         "accelerometer: filter chain",
         "AN5040 3.7",
-        "converted at 6664 Hz, clipped there at full scale; analog stage and later filters second-order "
-        "Butterworth at the documented cut-offs, LPF1 at ODR/2 fourth order; neither orders and shapes nor "
-        "the converter's rate are documented",
+        "the signal is converted at 6664 Hz, and clipped there at full scale; the analog stage and the later filters "
+        "are second-order Butterworth filters at the documented cut-offs, but LPF1 at ODR/2 has the fourth order; "
+        "orders, shapes and the converter's rate are not documented",
     ),
     Function(
         "gyroscope: rates, modes, full scales, sleep",
@@ -131,22 +131,22 @@ FUNCTIONS = (
     Function(
         "gyroscope: start",
         "datasheet Table 4, AN5040 Tables 14 to 16",
-        "35 ms, or gyro_turn_on_ms; the filters start from rest and settle within a few samples, also from "
-        "1666 Hz on where AN5040 gives 81 ms",
+        "35 ms, or gyro_turn_on_ms; the filters start from rest and settle within a few samples, even at "
+        "1666 Hz and above, for which AN5040 gives 81 ms",
     ),
     Function("thermometer", "datasheet Table 4, AN5040 9", "reading OUT_TEMP_H clears TDA"),
     Function(
         "errors and noise",
         "datasheet Table 3",
-        "typical parts are drawn from the figures below; bias instability and cross-axis sensitivity, of "
-        "which the datasheet has no figures, from those of the ISM330DHCX",
+        "typical parts are drawn from the figures below; for bias instability and cross-axis "
+        "sensitivity, the datasheet has no figures, so that the figures of the ISM330DHCX are used",
         "non-linearity, for which the datasheet has no figures",
     ),
     Function("self-test", "AN5040 figures 36 and 37", "one shift inside the limits, the same in every part"),
     Function(
         "data-ready, DRDY_MASK, BDU, BLE",
         "AN5040 3.9 and 4.3 to 4.5",
-        "masked samples are those to be discarded; where a table gives a range, the larger number",
+        "the samples that drivers must discard are masked; if a table gives a range, the larger number counts",
     ),
     Function("pins INT1 and INT2", "AN5040 4.2", "sources routed to INT2 are lost while it is an input"),
     Function(
@@ -157,12 +157,12 @@ FUNCTIONS = (
     Function(
         "free fall, wake-up, 6D and 4D, tap, activity",
         "AN5040 5",
-        "they see whole counts, saturated as the output is; the high-pass of SLOPE_FDS has one pole",
+        "these functions get whole counts, saturated like the output; the high-pass of SLOPE_FDS has one pole",
     ),
     Function(
         "pedometer, significant motion",
         "AN5040 6.1 and 6.2",
-        "the algorithm is not published, only threshold and debouncing; a step is a peak of the magnitude with a "
+        "only threshold and debouncing are published, not the algorithm; a step is a peak of the magnitude with a "
         "swing of the threshold, so that gentle steps are missed: at the reset threshold of 512 mg, 59 of the "
         "177 steps of a published walk (50 Hz, lower back) were counted",
     ),
@@ -170,7 +170,7 @@ FUNCTIONS = (
     Function(
         "timestamp",
         "AN5040 6.5",
-        "runs with TIMER_EN alone, and as much fast or slow as the rates: one oscillator, as in the LSM6DSO",
+        "the timer runs with TIMER_EN alone; its error equals that of the rates: one oscillator, as in the LSM6DSO",
     ),
     Function(
         "sensor hub, hard- and soft-iron correction",
@@ -185,6 +185,6 @@ FUNCTIONS = (
     Function(
         "supply current",
         "datasheet Tables 3 and 4",
-        "both sensors together in low power are taken as the sum of the two",
+        "the current of both sensors in low power is assumed to be the sum of their currents",
     ),
 )

@@ -44,7 +44,7 @@ class Absent(Peripheral):
         text = f"{self.name}, 0x{address:08X}: {what}"
         if len(self._reported) > _MAX_REPORTED:
             problem = "no-peripheral-often"
-            text = f"{self.name}: more than {_MAX_REPORTED} of its addresses are used; the others are not reported"
+            text = f"{self.name}: more than {_MAX_REPORTED} addresses are used; only the first {_MAX_REPORTED} are reported"
         data: dict[str, NoteValue] = {"address": address}
         self.soc.trace.add(DeviceNote(self.soc.clock.now_ps, CHIP_NAME, "not modelled", text, problem, data))
 

@@ -187,7 +187,7 @@ _FEWEST_TICKS = 20  # fewer ticks prove nothing
 _STARVED_PS = 100 * PS_PER_MS
 _WAITING = {
     "HAL_Delay": "Do not wait in an interrupt: count calls in the callback, or wait in main().",
-    "PRINTF": "Do not print in an interrupt, a character takes 87 us: set a flag, and print in main().",
+    "PRINTF": "Do not print in an interrupt, because a character takes 87 us: set a flag, and print in main().",
     "HAL_UART_Transmit": "Do not print in an interrupt: a character takes 87 us.",
 }
 
@@ -221,7 +221,7 @@ def _sometimes_slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis | Non
     counts = f"of {timer.ticks} ticks {timer.lost} were lost and {timer.late} came late"
     details = (
         f"{timer.name} runs at {timer.rate_hz:g} Hz; {counts}.",
-        f"It calls {name}(), from {places.place(site)}.",
+        f"The callback calls {name}() in {places.place(site)}.",
         _WAITING[name],
     )
     summary = f"{CALLBACK}() occasionally takes longer than a {period} tick"
@@ -250,7 +250,7 @@ def _slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis:
     waits = waiting_call(chip, places)
     if waits is not None:
         site, name = waits
-        details.insert(0, f"It calls {name}(), from {places.place(site)}.")
+        details.insert(0, f"The callback calls {name}() in {places.place(site)}.")
         details[-1] = _WAITING[name]
     starved = core.active and core.now_ps - core.thread_ps > _STARVED_PS
     if starved:

@@ -131,7 +131,7 @@ class RecentTransfers:
         for wiring in self._signals.board.wirings:
             if wiring.bus not in used:
                 nothing = f"On {wiring.bus} there were no transfers"
-                sentences.append(f"{nothing}; firmware for it runs with wiring {wiring.name}.")
+                sentences.append(f"{nothing}; firmware for {wiring.bus} runs with wiring {wiring.name}.")
         return Cause(f"{what} is read as 0x{value:02X} over {bus}", sentences)
 
     def _dead_line(self, bus: str) -> list[str]:
@@ -148,7 +148,7 @@ class RecentTransfers:
                 return Cause(
                     f"{bus.name} is used, but no sensor is on {bus.name} with this wiring",
                     [
-                        "No device drives the data line: each byte is read as 0xFF, also that of WHO_AM_I.",
+                        "No device drives the data line: each byte is read as 0xFF, even the byte of WHO_AM_I.",
                         absent(self._signals, bus.name),
                     ],
                 )

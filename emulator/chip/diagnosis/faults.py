@@ -101,7 +101,9 @@ def _of_access(record: FaultRecord, address: int, places: Places, code: ReadCode
         return _of_stack(record, places)
     verb = "write to" if stores else "read of"
     where = (
-        "after the end of RAM" if RAM_MEMORY.end <= address < RAM_MEMORY.end + 0x1_0000 else "without memory"
+        "after the end of RAM"
+        if RAM_MEMORY.end <= address < RAM_MEMORY.end + 0x1_0000
+        else "which has no memory"
     )
     return Cause(
         f"{verb} address 0x{address:08X}, {where}",
@@ -145,16 +147,16 @@ def _of_constant(address: int) -> Cause:
 
 def _of_null(address: int) -> Cause:
     if address >= _NULL_OBJECT:
-        what = f"address 0x{address:08X}: far above a NULL pointer, probably with a large index."
+        what = f"Address 0x{address:08X} is far above a NULL pointer, probably with a large index."
     elif address:
-        what = f"address 0x{address:08X}: a member of a struct, {address} bytes after a NULL pointer."
+        what = f"Address 0x{address:08X} is a member of a struct, {address} bytes after a NULL pointer."
     else:
-        what = "address 0x00000000: the target of a NULL pointer."
+        what = "Address 0x00000000 is the target of a NULL pointer."
     return Cause(
         "write through a NULL pointer",
         [
             what,
-            "It does not fault on this chip, because flash is also at 0.",
+            "The write does not fault on this chip, because flash is also at 0.",
         ],
     )
 
@@ -198,7 +200,7 @@ def _of_even_address(record: FaultRecord) -> Cause:
         f"jump to the even address 0x{record.pc:08X}",
         [
             "Addresses of functions have bit 0 set on a Cortex-M (Thumb).",
-            "Take them from the function's name, not from a number or a listing.",
+            "Take the address from the function's name, not from a number or a listing.",
         ],
     )
 
@@ -371,7 +373,7 @@ def _handler(core: Core, places: Places) -> list[str]:
 
 def _locked_up(record: FaultRecord, places: Places) -> list[str]:
     if record.handled == NMI and not record.active & FAULT_HANDLERS:
-        how = "It came while an NMI was being handled, which no fault handler can preempt."
+        how = "The fault came during the handling of an NMI; a fault handler cannot preempt an NMI."
     else:
-        how = f"Its handler faulted as well, in {places.place(record.pc)} at {at(record.t_ps)}."
+        how = f"The fault's handler faulted as well, in {places.place(record.pc)} at {at(record.t_ps)}."
     return [how, "The core is locked up: only a reset helps."]

@@ -105,15 +105,15 @@ class Interrupts:
     def why_no_tick(self) -> str:
         """Return why SysTick's handler cannot run; "" if it can."""
         if not self.tick_on:
-            return "SysTick is off: HAL_Init() was not called, or HAL_SuspendTick() was."
+            return "SysTick is off, because HAL_Init() was not called, or HAL_SuspendTick() was called."
         if self.preempts(SYS_TICK):
             return ""
         if all(masks.primask or masks.faultmask for masks in self._masks):
-            return "interrupts are switched off: __disable_irq() without __enable_irq()."
+            return "interrupts are off, because __disable_irq() was called without __enable_irq()."
         priority = self._core.priority
         if not self.handled:
             basepri = max(masks.basepri for masks in self._masks)
-            return f"BASEPRI is 0x{basepri:02X}, and SysTick's priority {priority(SYS_TICK) >> 4}."
+            return f"BASEPRI is 0x{basepri:02X}, and SysTick's priority is {priority(SYS_TICK) >> 4}."
         running = self.handled
         return (
             f"SysTick (priority {priority(SYS_TICK) >> 4}) cannot interrupt the handler of "
@@ -170,10 +170,13 @@ class Waits:
         if counted and not why:
             return None  # SysTick's handler may end the loop
         if counted and changed is not None:
-            return Cause(short, [f"It is counted by SysTick's handler, which cannot run: {why}"])
+            return Cause(short, [f"SysTick's handler counts {' or '.join(names)}, but cannot run: {why}"])
         if why:
-            return Cause(short, [f"Nothing that could change it is running; {why}"])
-        return Cause(short, ["No enabled interrupt writes it; enable and start the one that should."])
+            return Cause(short, [f"Nothing that could change {' or '.join(names)} is running; {why}"])
+        return Cause(
+            short,
+            [f"No enabled interrupt writes {' or '.join(names)}; enable and start an interrupt that does."],
+        )
 
 
 # -- the loop -----------------------------------------------------------------------------------------------
@@ -303,7 +306,7 @@ class Hang:
         if not working:
             why.sentences.append(self._quiet())
         if why is cause and name == "main":
-            cause.sentences.append("This is correct if the program is meant to end there.")
+            cause.sentences.append("The loop is correct if the program is meant to end there.")
             return self._report(place, cause, fatal=False)
         return self._report(place, why, fatal=not working or name in _WRONG_ENDS)
 
@@ -331,7 +334,7 @@ class Hang:
     def _quiet(self) -> str:
         return (
             f"The buses, the terminal and the pins have been quiet since {at(self._quiet_since_ps)}; "
-            f"it is {at(self._now_ps)} now."
+            f"the time is now {at(self._now_ps)}."
         )
 
     def _outermost(self, loop: Loop) -> int:

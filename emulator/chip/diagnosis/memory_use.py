@@ -22,7 +22,7 @@ def flash_nearly_full(image: FirmwareImage) -> Diagnosis | None:
         f"the flash is {100 * used / FLASH_SIZE:.0f} % full: {used} of {FLASH_SIZE} bytes",
         (
             'Further code may not fit; the linker then reports "region FLASH overflowed".',
-            "Large const tables, printf of floats and -O0 take most; see arm-none-eabi-size.",
+            "Large const tables, printf of floats and -O0 need the most space; see arm-none-eabi-size.",
         ),
         fatal=False,
     )
@@ -39,11 +39,13 @@ def ram_nearly_full(core: Core, places: Places) -> Diagnosis | None:
     deepest = (
         places.stack_top - core.lowest_stack if RAM_MEMORY.holds(core.lowest_stack, core.lowest_stack) else 0
     )
-    details = [f"The stack has taken {deepest} of them so far, measured at interrupts."] if deepest else []
+    details = (
+        [f"The stack has taken {deepest} of these bytes so far, measured at interrupts."] if deepest else []
+    )
     largest = places.largest_variables(3)
     if largest:
         named = ", ".join(f"{name} ({size})" for name, size in largest)
-        details.append(f"The largest, in bytes: {named}.")
+        details.append(f"The largest variables, in bytes: {named}.")
     details.append("A stack that grows into the variables overwrites them without an error.")
     return Diagnosis(
         "memory",

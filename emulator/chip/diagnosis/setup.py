@@ -181,8 +181,8 @@ def _left_in(name: str) -> Cause:
         [
             f"RXNE in {name}_SR is 1 while no chip select is low and no byte is being transferred.",
             (
-                "With one data line, receiving (BIDIOE = 0), the clock runs until SPE is cleared: "
-                "clear it before the last byte has come, or read DR once more (RM0368 20.3.5)."
+                "While one data line receives (BIDIOE = 0), the clock runs until SPE is cleared: "
+                "clear SPE before the last byte has arrived, or read DR once more (RM0368 20.3.5)."
             ),
         ],
     )
@@ -203,7 +203,7 @@ def not_enabled(chip: Chip) -> Diagnosis | None:
             "timer" if name.startswith("TIM") else "bus",
             f"the interrupt {name} is requested but not enabled in the NVIC",
             (
-                "The peripheral has set its flag and its interrupt enable, and waits; the bit in NVIC_ISER is 0.",
+                "The peripheral's flag and interrupt enable bit are set, but the bit in NVIC_ISER is 0.",
                 f"HAL_NVIC_EnableIRQ({name}_IRQn) is missing; call it in the peripheral's set-up.",
             ),
             fatal=False,
@@ -257,7 +257,7 @@ def wrong_rate(chip: Chip, signals: BoardSignals) -> Diagnosis | None:
     clock_hz = round(timer.rate_hz * (prescaler + 1) * (period + 1))
     details = [
         (
-            f"{clock_hz / 1e6:g} MHz / ({prescaler} + 1) / ({period} + 1): registers hold one less. "
+            f"{clock_hz / 1e6:g} MHz / ({prescaler} + 1) / ({period} + 1): the registers contain one less. "
             f"For 800 Hz (PSC + 1) x (ARR + 1) is {clock_hz / 800:.0f}, such as 84 x 1250."
         ),
         f"Check Init.Prescaler and Init.Period in MX_{timer.name}_Init().",

@@ -277,7 +277,9 @@ class DebugInfo:
         if form == REF_ADDR and isinstance(value, int):
             return self._at(self._unit_with(value), value)
         if form == REF_SIGNATURE:
-            raise DebugInfoError("it is in a separate unit; compile without -fdebug-types-section")
+            raise DebugInfoError(
+                "its debug information is in a separate unit; compile without -fdebug-types-section"
+            )
         if form:
             raise DebugInfoError(f"a reference is of form 0x{form:X}, which is not supported")
         return None
@@ -313,7 +315,9 @@ class DebugInfo:
         self._budget.spend(Budget.OBJECT)
         version = cursor.unsigned(2)
         if not 2 <= version <= 5:
-            raise DebugInfoError(f"debug information is of version {version}; 2 to 5 are known")
+            raise DebugInfoError(
+                f"debug information has DWARF version {version}; versions 2 to 5 are supported"
+            )
         kind = cursor.byte() if version == 5 else 0
         if version == 5:
             address_size, abbreviations = cursor.byte(), cursor.unsigned(4)

@@ -107,7 +107,10 @@ def open_elf(file: str, data: bytes) -> Elf:
     hard_float = bool(header.flags & _HARD_FLOAT)
     if ".symtab" in sections:
         return Elf(segments, sections, hard_float=hard_float)
-    reason = sections.problem or "it has no symbol table; a stripped ELF runs, but is diagnosed without names"
+    reason = (
+        sections.problem
+        or "the file has no symbol table; a stripped ELF runs, but messages show addresses instead of names"
+    )
     return Elf(segments, None, f"no symbols: {reason}", hard_float)
 
 
@@ -158,7 +161,7 @@ def _program_headers(file: str, data: bytes, header: _ElfHeader) -> list[_Progra
 
 def _check_load(file: str, data: bytes, load: _ProgramHeader) -> None:
     if load.file_size > load.memory_size:
-        problem = f"is damaged: it has a segment of {load.file_size} bytes for {load.memory_size} of memory"
+        problem = f"is damaged: it has a segment of {load.file_size} bytes in the file, but {load.memory_size} in memory"
         raise FirmwareFileError(file, problem, kind="segment_size")
     if not fits(load.virtual, load.virtual + load.memory_size):
         last = load.virtual + load.memory_size - 1
@@ -176,7 +179,7 @@ def _check_inside(file: str, data: bytes, what: str, start: int, size: int) -> N
     if start + size > len(data):
         raise FirmwareFileError(
             file,
-            f"is cut short or damaged: its {what} ends at byte {start + size}, the file at {len(data)}; "
+            f"is cut short or damaged: its {what} ends at byte {start + size}, but the file at byte {len(data)}; "
             "build or copy it again",
             kind="cut_short",
         )
@@ -274,7 +277,9 @@ class Sections:
     def _inflate(self, packed: bytes, size: int, name: str) -> bytes:
         self._unpacked += size
         if self._unpacked > _LARGEST_UNPACKED:
-            raise DebugInfoError(f"{name} unpacks to {size} bytes; {_LARGEST_UNPACKED} are allowed in all")
+            raise DebugInfoError(
+                f"{name} unpacks to {size} bytes; all sections together may have at most {_LARGEST_UNPACKED}"
+            )
         try:
             data = zlib.decompressobj().decompress(packed, max(size, 1))
         except zlib.error:

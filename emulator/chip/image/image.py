@@ -110,8 +110,8 @@ def _check_reset(file: str, vector: int, segments: tuple[Segment, ...]) -> None:
     if vector == start:
         raise FirmwareFileError(
             file,
-            f"has the even reset vector 0x{vector:08X}; a Cortex-M needs bit 0 set: "
-            "compile with -mthumb, declare the handler as a function (.type Reset_Handler, %function)",
+            f"must have a reset vector with bit 0 set, not 0x{vector:08X}; "
+            "compile with -mthumb, and declare the handler as a function (.type Reset_Handler, %function)",
             kind="reset_even",
         )
     if not any(segment.address <= start and start + 2 <= segment.end for segment in segments):

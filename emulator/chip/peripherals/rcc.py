@@ -74,11 +74,11 @@ class PllOutput:
     def problem(self) -> str:
         """Return the violated rule, or "" (6.3.2)."""
         if not 950_000 <= self.input_hz <= 2_100_000:  # the datasheet's limits; the manual says 1 to 2 MHz
-            return f"PLL input is {self.input_hz / 1e6:g} MHz; M must make it 1 to 2 MHz"
+            return f"PLL input, set by M, must be 1 to 2 MHz, not {self.input_hz / 1e6:g} MHz"
         if not 192_000_000 <= self.vco_hz <= 432_000_000:
-            return f"PLL VCO is {self.vco_hz / 1e6:g} MHz; N must make it 192 to 432 MHz"
+            return f"PLL VCO, set by N, must be 192 to 432 MHz, not {self.vco_hz / 1e6:g} MHz"
         if self.p_hz > 84_000_000:
-            return f"PLL output is {self.p_hz / 1e6:g} MHz, the chip's limit is 84 MHz"
+            return f"PLL output is {self.p_hz / 1e6:g} MHz; the chip's limit is 84 MHz"
         return ""
 
 
@@ -115,7 +115,7 @@ class Frequencies:
     def problem(self) -> str:
         """Return the exceeded limit of APB1 (42 MHz), or "". The PLL's limit keeps AHB and APB2 at 84 MHz (6.2)."""
         if self.pclk1_hz > 42_000_000:
-            return f"APB1 runs at {self.pclk1_hz / 1e6:g} MHz; PPRE1 must make it 42 MHz or less"
+            return f"APB1 must run at 42 MHz or less, not {self.pclk1_hz / 1e6:g} MHz; change PPRE1"
         return ""
 
 
@@ -434,7 +434,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
             self.note(
                 "forbidden",
                 "wrong-crystal",
-                f"{problem}; the board's crystal has {crystal_mhz:g} MHz, the settings fit {fits_mhz:g} MHz",
+                f"{problem}; the board's crystal has {crystal_mhz:g} MHz, but the settings fit {fits_mhz:g} MHz",
                 crystal_mhz=crystal_mhz,
                 fits_mhz=fits_mhz,
             )

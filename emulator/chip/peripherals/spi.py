@@ -152,7 +152,7 @@ class SpiWire:
             return
         self._speed_hz = self._bus.speed_hz = speed_hz
         if speed_hz > _FASTEST_HZ:
-            text = f"SCK runs at {speed_hz / 1e6:g} MHz; the parts' limit is 10 MHz"
+            text = f"SCK runs at {speed_hz / 1e6:g} MHz; the sensors' limit is 10 MHz"
             self._trace.add(
                 DeviceNote(
                     self._clock.now_ps,

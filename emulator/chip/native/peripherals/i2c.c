@@ -351,23 +351,23 @@ static void check_settings(I2c *i2c) {
   if (llabs(freq * INT64_C(1000000) - pclk_hz) >= 1000000) {
     peripheral_note(
         peripheral, -1, NOTE_FORBIDDEN,
-        "freq-wrong freq_mhz=%u pclk1_mhz=%g | CR2.FREQ is %u, PCLK1 is %g MHz: set-up and hold times are wrong",
+        "freq-wrong freq_mhz=%u pclk1_mhz=%g | CR2.FREQ is %u, but PCLK1 is %g MHz: set-up and hold times are wrong",
         freq, (double)pclk_hz / 1e6, freq, (double)pclk_hz / 1e6);
   }
   if (freq < slowest) {
     peripheral_note(
         peripheral, -1, NOTE_FORBIDDEN,
-        "pclk1-too-slow mode=%s freq_mhz=%u min_mhz=%u | %s mode needs PCLK1 of at least %u MHz, CR2.FREQ says %u",
+        "pclk1-too-slow mode=%s freq_mhz=%u min_mhz=%u | %s mode needs PCLK1 of at least %u MHz, but CR2.FREQ is %u",
         mode, freq, slowest, mode, slowest, freq);
   }
   if (count < (fast && i2c->ccr & CCR_DUTY ? 1 : 4)) {
     peripheral_note(peripheral, -1, NOTE_FORBIDDEN,
-                    "ccr-too-small ccr=%u | CCR counts %u; at least 4, or 1 with DUTY", count, count);
+                    "ccr-too-small ccr=%u | CCR must be at least 4, or 1 with DUTY, not %u", count, count);
   }
   if (i2c->trise != longest) {
     peripheral_note(peripheral, -1, NOTE_FORBIDDEN,
-                    "trise-wrong trise=%u fits=%u | TRISE is %u; %u fits %s mode at %u MHz", i2c->trise, longest,
-                    i2c->trise, longest, mode, freq);
+                    "trise-wrong trise=%u fits=%u | TRISE is %u; %s mode at %u MHz needs %u", i2c->trise, longest,
+                    i2c->trise, mode, freq, longest);
   }
   if (counts && pclk_hz * 100 > counts * FAST_MODE_HZ * 101) {
     peripheral_note(peripheral, -1, NOTE_FORBIDDEN,

@@ -227,7 +227,7 @@ static void note_unknown(Scb *scb, uint32_t offset, const char *what, bool writt
                     SCS_BASE + offset, what);
   } else if (written) {
     peripheral_note(&scb->peripheral, 0, NOTE_NOT_MODELLED,
-                    "mpu | MPU: set up by the firmware; nothing is protected");
+                    "mpu | MPU: set up by the firmware; the emulator protects no memory");
   }
 }
 

@@ -208,10 +208,10 @@ static void check_pins(Spi *spi) {
 static void check_enable(Spi *spi) {
   if (!(spi->cr1 & CR1_MSTR)) {
     peripheral_note(&spi->peripheral, NOTE_SLAVE, NOTE_NOT_MODELLED,
-                    "slave-mode | slave mode: SPE set with MSTR = 0, and no other master on this board");
+                    "slave-mode | slave mode: SPE set with MSTR = 0, but the board has no other master");
   } else if (!(spi->cr1 & CR1_SSM) && !(spi->cr2 & CR2_SSOE)) {
     peripheral_note(&spi->peripheral, NOTE_NSS, NOTE_NOT_MODELLED,
-                    "nss-input | NSS as input (SSM = 0, SSOE = 0); it is taken as high");
+                    "nss-input | NSS as input (SSM = 0, SSOE = 0); the emulator treats NSS as high");
   }
   check_pins(spi);
 }

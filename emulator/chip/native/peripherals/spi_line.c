@@ -78,7 +78,7 @@ static void check_conflict(Spi *spi) {
   }
   peripheral_note(
       &spi->peripheral, -1, NOTE_FORBIDDEN,
-      "chip-selects-conflict | chip selects %s are low at once: the parts drive the line against each other",
+      "chip-selects-conflict | chip selects %s are low at once: the sensors drive the line against each other",
       names);
 }
 
