@@ -54,7 +54,7 @@ def answer_message(
     if kind != "truth":
         command = messages.decode(json.dumps(message))
         if not isinstance(command, messages.Do):
-            raise InputError(f"a message must be of type do, truth or text, not {kind!r}")
+            raise InputError(f"the type of a message must be 'do', 'truth' or 'text', not {kind!r}")
         do(command.entry)
     return {"t_s": board.now_s, "truth": view.truth(board)}
 

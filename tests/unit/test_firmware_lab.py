@@ -128,7 +128,7 @@ def test_axis_of_led1_can_be_set() -> None:
     assert hal.pins == {LED1: 1, LED2: 0}
 
 
-def test_threshold_can_be_set_and_is_exclusive() -> None:
+def test_led_is_dark_at_threshold_itself() -> None:
     hal = running(settings=Settings(led_threshold_deg=45))
     tilt(hal, -1000, 0, 1000)
     firmware = hal.firmware
