@@ -90,7 +90,7 @@ def initializeAllSensors(hal: Hal) -> None:
 
 
 def enableAllSensors(hal: Hal) -> None:
-    """Start each sensor and print a message. Ignore the status, like main.c."""
+    """Start each sensor and print a message. Ignore the status, as main.c does."""
     LSM6DSL_X_Enable(hal)
     PRINTF(hal, "LSM6DSL MEMS Accelerometer initialized and enabled\n")
     LSM6DSL_G_Enable(hal)

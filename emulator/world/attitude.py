@@ -141,7 +141,7 @@ class Attitude(Protocol):
     def acceleration_dps2(self, t_s: Array, /) -> Array: ...
 
     def euler_deg(self, t_s: Array, /) -> Array:
-        """Return roll, pitch, yaw (N, 3). They are beyond +-180 only if commanded angles were."""
+        """Return roll, pitch, yaw (N, 3). They exceed +-180 only if commanded angles exceed +-180."""
         ...
 
 

@@ -39,7 +39,7 @@ class Pulses:
         self.first = 0
         """Number of the first measurement since leaving idle."""
         self._from = 0  # the settings below apply from this measurement on
-        self._before = SET  # the polarity before that measurement
+        self._before = SET  # the polarity before measurement ``_from``
         self._alternating = False
         self._periodic = True
 
@@ -189,7 +189,7 @@ class Magnetometer:
         return field / MGAUSS_PER_LSB
 
     def _noise_of(self, number: int, count: int) -> NDArray[np.float64]:
-        """Return noise of unit variance; averaged neighbours share a measurement."""
+        """Return noise of unit variance; neighbouring averages share a measurement."""
         if not self.settings.averaging:
             return self._noise.block(number + 1, count)
         measured = self._noise.block(number, count + 1)

@@ -127,7 +127,7 @@ class LIS2MDL(Sensor):
             self._outputs.field.refresh(now_ps)
 
     def next_event_ps(self) -> int:
-        """Return when the next sample can move the pin."""
+        """Return the time at which the next sample can change the pin."""
         if self._pin.pin.wired and self._pin.shows == "DRDY":
             return self._streams.field.next_ps
         if self._pin.pin.wired and self._pin.shows == "INT" and self._interrupt.settings.on:
@@ -177,7 +177,7 @@ class LIS2MDL(Sensor):
 
     def _write_config_a(self, old: int, new: int, now_ps: int) -> None:
         main, clearing = self.registers, self._clearing
-        # First process the end of a single measurement, which may have come before this write.
+        # First process a single measurement that may have ended before this write.
         main.mem[CFG_REG_A.addr] = old
         self._refresh(0, 0, now_ps)
         main.mem[CFG_REG_A.addr] = new

@@ -8,7 +8,8 @@ The magnitude must fall by the threshold after a peak, and rise by the threshold
 filter is needed.
 
 A tilt event (6.3) is a turn by 35 degrees since the previous event; before the first event the tilt must last 2 s.
-A wrist tilt event (6.4; datasheet 12) is an acceleration above the threshold (sine of an angle) for the latency time.
+A wrist tilt event (6.4; datasheet 12) is an acceleration above the threshold (sine of an angle) for the entire
+latency time.
 """
 
 from __future__ import annotations
@@ -199,7 +200,7 @@ class Tilt:
 
 _LATENCY_LSB_PS = 40 * PS_PER_S // 1000
 _THRESHOLD_LSB_MG = 15.625
-_X_POSITIVE, _X_NEGATIVE = 0x80, 0x40  # Y and Z are two and four bits lower
+_X_POSITIVE, _X_NEGATIVE = 0x80, 0x40  # the bits of Y and Z are two and four places lower
 _DIRECTIONS = (0x80, 0x40, 0x20, 0x10, 0x08, 0x04)
 
 
@@ -418,7 +419,7 @@ class EmbeddedFunctions:
                 self._mem[WRIST_TILT_IA.addr] |= directions
 
     def _raise(self, source: FunctionSource, at_ps: int) -> None:
-        """Raise an event. The chip first processes all earlier samples, so that the FIFO stores the right
+        """Raise an event. The chip first processes all earlier samples, so that the FIFO stores the correct
         values.
         """
         self._chip.catch_up(at_ps - 1)
