@@ -244,7 +244,7 @@ def test_pulse_during_handler_causes_second_interrupt() -> None:
 
 
 def test_active_line_sets_cleared_pending_bit_again() -> None:
-    """PM0214 4.3.9: the interrupt of an active line is pending again at once. A pulse is lost."""
+    """PM0214 4.3.9: the interrupt of an active line is pending again immediately. A pulse is lost."""
     program = f"""
 reset: {interrupts({2: 0x20})} cpsid i
        nop

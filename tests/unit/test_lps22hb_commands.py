@@ -26,7 +26,7 @@ INT_SOURCE, STATUS, PRESS_OUT_XL = 0x25, 0x27, 0x28
 
 @pytest.mark.parametrize(("res_conf", "conversion_ms"), [(0x00, 13), (0x01, 5)])
 def test_one_shot_measures_once(res_conf: int, conversion_ms: int) -> None:
-    """Datasheet 9.6. The times are those of the LPS22HH, because the LPS22HB's datasheet gives none."""
+    """Datasheet 9.6. The times are from the LPS22HH, because the LPS22HB's datasheet gives none."""
     chip = Chip("LPS22HB")
     chip.write(RES_CONF, res_conf)
     chip.write(CTRL_REG2, 0x11)

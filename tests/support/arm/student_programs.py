@@ -135,7 +135,7 @@ def _short(diagnosis: Diagnosis) -> str:
 def without_numbers(text: str) -> str:
     """Return a text without times, addresses and counts, which depend on compiler and optimisation.
 
-    Places in the source stay, because they do not depend on them.
+    Places in the source remain, because they depend on neither.
     """
     return re.sub(r"(?<![\w.:])-?(?:0x[0-9A-F]+|\d+(?:\.\d+)?)", "#", text)
 
