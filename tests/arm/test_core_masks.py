@@ -107,7 +107,7 @@ irq2:  log 30
 
 
 def test_faultmask_is_cleared_by_leaving_handler() -> None:
-    """B1.4.3: cleared on return from every exception except NMI. The masked interrupt then follows."""
+    """B1.4.3: FAULTMASK is cleared on return from every exception except NMI. The masked interrupt then follows."""
     core = CoreBench(
         f"""
 reset: {interrupts({0: 0x40, 2: 0x10})} {store("ISPR", 1)} mrs r2, faultmask

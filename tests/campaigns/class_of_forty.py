@@ -1,7 +1,7 @@
 """An artificial class, which is graded like a real class: from the submitted files to the table of points.
 
-It has the programs of :mod:`tests.support.arm.graded_programs` (the exercises one after the other, correct variants,
-typical mistakes, constants), and other submissions: hostile programs and archives, no program, two programs.
+The class has the programs of :mod:`tests.support.arm.graded_programs` (the exercises one after the other, correct
+variants, typical mistakes, constants), and other submissions: hostile programs and archives, no program, two programs.
 
 ``python -m tests.campaigns.class_of_forty OUT [NAME ...]`` grades all programs, or the named programs, into the folder
 OUT, prints the table, and lists the students with unexpected points.

@@ -1,4 +1,4 @@
-"""A class of forty in all layouts in which classes are delivered: each is graded, and no file may be lost.
+"""A class of forty in all layouts in which classes are delivered: each layout is graded, and no file may be lost.
 
 The forty students have correct programs, mistakes, the template, two copies, a late submission, and files that are
 not programs. There are also unrelated files, a student who is not on the roster, and a student without a submission.

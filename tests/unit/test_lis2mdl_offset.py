@@ -184,7 +184,7 @@ def test_filter_starts_with_its_first_sample() -> None:
 def test_mean_of_two_has_documented_noise(
     config_b: int, config_a: int, rms: float, correlation: float
 ) -> None:
-    """The RMS of Table 3. Neighbours share a measurement, which halves the bandwidth. 4000 samples are used."""
+    """The RMS of Table 3. Neighbouring means share a measurement. This halves the bandwidth. 4000 samples are used."""
     chip = Chip("LIS2MDL", LIS2MDLErrors(noise_mgauss=4.5), seed=4)
     chip.set("magnetic_field_mgauss", 0.0, 0.0, 0.0)
     chip.write(CFG_REG_B, config_b)

@@ -75,7 +75,7 @@ def test_one_shot_can_be_repeated() -> None:
 
 
 def test_one_shot_at_running_rate_is_noted(words: Words) -> None:
-    """Datasheet 9.6: it is permitted only with ODR = 000."""
+    """Datasheet 9.6: one-shot is permitted only with ODR = 000."""
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG1, 0x30)
     chip.write(CTRL_REG2, 0x11)

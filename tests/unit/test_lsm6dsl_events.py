@@ -165,7 +165,7 @@ def test_single_sample_is_not_orientation() -> None:
 
 
 def test_4d_ignores_z() -> None:
-    """AN5040 5.4.2 sets D4D_EN to enable it; the sentence in the datasheet says the opposite."""
+    """AN5040 5.4.2 sets D4D_EN to enable 4D; the sentence in the datasheet says the opposite."""
     samples = [along(0, 1000.0)] * 3 + [FLAT] * 3 + [along(1, -1000.0)] * 3
 
     bits = source_bits(D6D_SRC, samples, (TAP_THS_6D, 0x80 | 0x40))

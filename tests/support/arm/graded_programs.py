@@ -1,7 +1,8 @@
 """An artificial class, judged by the lab's rubric, with the checks that each program should fail.
 
-It has the shipped solution with one more exercise in each program, and other correct programs. It also has programs
-with one typical mistake each (tests/arm/mistakes), and a program that prints constants without reading a sensor.
+The class has the shipped solution with one more exercise in each program, and other correct programs. It also has
+programs with one typical mistake each (tests/arm/mistakes), and a program that prints constants without reading a
+sensor.
 
 ``python -m tests.support.arm.graded_programs [NAME ...]`` judges all programs, or the named programs, ten seconds
 each, prints a table of programs and points, and lists programs with unexpected points.
