@@ -54,7 +54,7 @@ def frames(page: Page) -> list[tuple[float, Image.Image]]:
 
 
 def write(taken: list[tuple[float, Image.Image]]) -> None:
-    """Write the frames as one animated image; the last frame stays for a second."""
+    """Write the frames as one animated image; the final frame is shown for a second."""
     times_s = [time_s for time_s, _ in taken]
     shown_ms = [round(1000 * (after - before)) for before, after in pairwise(times_s)]
     first, *others = (image for _, image in taken)

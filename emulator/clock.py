@@ -61,7 +61,7 @@ class Clock:
     earliest deferred call; ``NEVER_PS`` means none.
 
     Deferred calls do not stop a run. They are executed in order, with the next event or by
-    ``settle()``. During a deferred call, ``now_ps`` is its planned time.
+    ``settle()``. During a deferred call, ``now_ps`` is the call's planned time.
     """
 
     def __init__(self) -> None:

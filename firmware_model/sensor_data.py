@@ -79,7 +79,7 @@ _SPIN_MS = 1000
 
 
 def initializeAllSensors(hal: Hal) -> None:
-    """Initialise the sensors. **Never return** if one is missing or has another identity.
+    """Initialise the sensors. **Never return** if a sensor is missing or has another identity.
 
     The loop has delays, because only HAL calls take virtual time.
     """

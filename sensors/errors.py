@@ -57,7 +57,7 @@ class Figure:
 
     @property
     def size(self) -> str:
-        """Return, as text, how large it is in a real sensor: ``+-60 (limit)``, ``typically 80``, or ``0 to 1000``."""
+        """Return, as text, the error of a real sensor: ``+-60 (limit)``, ``typically 80``, or ``0 to 1000``."""
         if self.deviation:
             return f"+-{self.deviation:g} ({_KINDS[self.kind]})"
         if self.is_strength:

@@ -101,7 +101,7 @@ class RegisterFile:
 
     ``wrap``: address jumps within a burst. Sensor models read ``mem`` directly. ``version`` counts state
     changes of the sensor, except new samples and reads. ``held``: bytes that block data update does not refresh, as
-    :func:`fcu_emulator.sensors.shared_registers.bit`. C reads all three.
+    :func:`fcu_emulator.sensors.shared_registers.bit`. C reads ``mem``, ``version`` and ``held``.
     """
 
     def __init__(

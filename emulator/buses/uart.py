@@ -1,6 +1,6 @@
 """A USART's serial line (RM0368 section 19).
 
-A received byte is lost if the previous one is unread (ORE).
+A received byte is lost if the previous byte is unread (ORE).
 
 Decision: the terminal follows the chip's bit rate, so text sent at a wrong rate stays readable
 here. A real terminal shows garbage, and the trace records the wrong rate.
@@ -219,7 +219,7 @@ class Uart:
         self._times.remove(times)
 
     def received_count(self) -> int:
-        """Return the number of received bytes, including dropped ones."""
+        """Return the number of received bytes, including dropped bytes."""
         kept = len(self.received())  # may drop some
         return self.dropped + kept
 

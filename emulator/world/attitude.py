@@ -27,7 +27,7 @@ from fcu_emulator.emulator.world.track import Array, MinimumJerk, MotionProfile
 # -- Rotations ----------------------------------------------------------------------------------------------
 
 
-GIMBAL_LOCK_COSINE = 1e-9  # cosine of the pitch; below this, roll and yaw turn about the same axis
+GIMBAL_LOCK_COSINE = 1e-9  # cosine of the pitch; below this value, roll and yaw turn about the same axis
 
 
 def euler_to_matrix(euler_deg: Array) -> Array:

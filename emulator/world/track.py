@@ -50,7 +50,7 @@ class Track(Generic[P]):
         return self._starts[len(self._starts) // 2]
 
     def at(self, t_s: float) -> P:
-        """Return the piece active at ``t_s``. Raises InputError if it was dropped."""
+        """Return the piece active at ``t_s``. Raises InputError if the piece was dropped."""
         return self._pieces[self._index(t_s)]
 
     def _index(self, t_s: float) -> int:

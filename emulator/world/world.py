@@ -268,7 +268,7 @@ class World(Changes):
         return start
 
     def put_down(self, start_s: float | None = None) -> float:
-        """Release the board from the hand; it rests at its present height."""
+        """Release the board from the hand; the board rests at its present height."""
         start = self._start(start_s)
         self._let_go(start)
         self._changed(start, (*TURNED_SIGNALS, "pressure"))

@@ -50,7 +50,7 @@ class Pulses:
         self._periodic = periodic
 
     def leave_idle(self, number: int) -> None:
-        """Restart the count of measurements at ``number``, the first one after idle."""
+        """Restart the count of measurements at ``number``, the first measurement after idle."""
         self.first = number
 
     def polarity(self, numbers: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -2,8 +2,8 @@
 
 Decisions where the datasheet is silent: while the FIFO is on and empty the output registers are unchanged; RESET_AZ,
 RESET_ARP and SWRESET act immediately and read 1 for 10 us; SWRESET keeps RPDS and RES_CONF; a write of ONE_SHOT during
-a measurement has no effect; a new rate aborts the measurement; BOOT takes one period, or 1 ms in power-down; it changes
-no setting, and registers work during BOOT.
+a measurement has no effect; a new rate aborts the measurement; BOOT takes one period, or 1 ms in power-down; BOOT
+changes no setting, and registers work during BOOT.
 """
 
 from __future__ import annotations

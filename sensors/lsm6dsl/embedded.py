@@ -313,7 +313,7 @@ class EmbeddedFunctions:
         if fast_enough:
             self._every = round(rate_hz / _RATE_HZ)
             self._mg_per_lsb = MG_PER_LSB[CTRL1_XL.FS_XL.get(self._mem[CTRL1_XL.addr])]
-            # A restarted stream counts from 0 again; a running one keeps its ticks.
+            # A restarted stream counts from 0 again; a running stream keeps its ticks.
             following = stream.latest(now_ps) + 1
             self._next = -(-following // self._every) * self._every
         self._delta.configure(self._delta_ps(), now_ps)

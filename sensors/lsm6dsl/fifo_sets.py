@@ -374,7 +374,7 @@ class SampleTriggers:
         self._next += count * self._every
 
     def time_ps(self, number: int) -> int:
-        """Return the time of trigger ``number`` after the next one, or ``NEVER_PS``."""
+        """Return the time of trigger ``number`` after the next trigger, or ``NEVER_PS``."""
         if not self._every:
             return NEVER_PS
         return self._leader.time_ps(self._next + number * self._every)

@@ -111,7 +111,7 @@ _PHASE_DEG = {
 _FIRST_PHASE_CODE, _FIRST_PHASE_ODR_HZ = (
     3,
     52,
-)  # at lower rates, the delay has the same number of sample periods
+)  # at lower rates, the delay has as many sample periods as at this rate
 _HIGHEST_DECIMATION, _BISECTIONS = 4.0, 40
 
 

@@ -91,7 +91,7 @@ class Features:
         return {register for feature in self._all for register in feature.CONFIGURATION}
 
     def configure(self, now_ps: int, because_of: type[Register] | None = None) -> None:
-        """Let all features, or those that ``because_of`` configures, decode registers."""
+        """Let all features, or only the features that ``because_of`` configures, decode registers."""
         for feature in self._all:
             if because_of is None or because_of in feature.CONFIGURATION:
                 feature.configure(now_ps)
