@@ -28,7 +28,7 @@ Times: TypeAlias = NDArray[np.float64]
 """Sample times in seconds of virtual time, shape (n,)."""
 
 Producer: TypeAlias = Callable[[int, Times], bytes]
-"""``produce(number, t_s)``: returns register bytes of the samples at ``t_s``; ``number`` is the first sample's."""
+"""``produce(number, t_s)``: returns register bytes of the samples at ``t_s``; the first sample is sample ``number``."""
 
 Stamp: TypeAlias = Callable[[int, bytes], bytes]
 """``stamp(number, data)``: returns the samples' register bytes ``data``, changed if needed."""

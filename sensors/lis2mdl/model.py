@@ -2,8 +2,8 @@
 
 Decisions where the documents are silent: triggering a single measurement does not clear Zyxda (in ST's examples, the
 polling loop triggers measurements); a per-axis flag is cleared by its high byte; registers answer during REBOOT, but
-not during the boot after power-on. A note reports a measurement with COMP_TEMP_EN = 0, because the bit "must be
-1" (datasheet 8.5).
+not during the boot after power-on. A note reports a measurement with COMP_TEMP_EN = 0, because the bit
+"must be 1" (datasheet 8.5).
 """
 
 from __future__ import annotations
