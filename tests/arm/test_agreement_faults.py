@@ -36,7 +36,7 @@ def test_both_firmwares_keep_old_values_during_bus_fault(
     """The drivers return an error, and the callback continues with the next sensor, 800 times a second.
 
     The fault may begin or end within a callback of one firmware and between two callbacks of the other firmware. So
-    the number of failures may differ by one at the beginning and by one at the end.
+    the number of failures may differ by one for each kind of failure.
     """
     scenario = write(tmp_path, IDEAL + fault)
     board, in_c = ran("solution", scenario, 1.3)
