@@ -252,7 +252,7 @@ class Uart:
             self._trace.add_detail(TerminalBytes(run.time_ps(first), "tx", data))
 
     def replace_last(self, value: int) -> None:
-        """Replace the latest byte, which the chip has overwritten in the data register."""
+        """Replace the latest byte, which firmware has overwritten in the data register."""
         self._run.waiting[-1] = value
 
     # -- receiving --------------------------------------------------------------------------------------

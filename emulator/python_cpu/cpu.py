@@ -52,8 +52,8 @@ class PythonCpu:
         self._main = main
 
     def run_until_ps(self, at_ps: int) -> None:
-        """Run up to and including ``at_ps``. Raises FirmwareError, or InputError if another thread calls this
-        method.
+        """Run up to and including ``at_ps``. Raises FirmwareError, or InputError if a later call comes from
+        another thread.
         """
         if self._context is None:
             self._context = greenlet(self._run_main)
