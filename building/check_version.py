@@ -17,7 +17,7 @@ _TAG: Final = "refs/tags/"
 
 
 def problems(root: Path, ref: str = "") -> Iterator[str]:
-    """Yield a line for each file with another version."""
+    """Yield a line for each file with a different version."""
     version = tomllib.loads(_text(root / "pyproject.toml"))["project"]["version"]
     cited = re.findall(r"^version: (\S+)$", _text(root / "CITATION.cff"), re.MULTILINE)
     if cited != [version]:

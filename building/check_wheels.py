@@ -123,7 +123,7 @@ def _windows(library: Any, _wheel: Path, _target: Target) -> Iterator[str]:
 
 
 def check_archive(archive: Path) -> str:
-    """Return the number of files. Raises AssertionError if they differ from the committed files."""
+    """Return the number of files. Raises AssertionError if the files differ from the committed files."""
     with tarfile.open(archive) as content:
         names = {member.name.partition("/")[2] for member in content if not member.isdir()}
     command = ["git", "-C", str(Path(__file__).parents[1]), "ls-files", "-z"]
@@ -134,7 +134,7 @@ def check_archive(archive: Path) -> str:
 
 
 def main(folder: str = "dist") -> None:
-    """Print a line for each distribution; fail if one is wrong."""
+    """Print a line for each distribution; fail if a distribution is wrong."""
     (archive,) = Path(folder).glob("*.tar.gz")
     sys.stdout.write(f"{archive.name}: {check_archive(archive)}\n")
     for name, target in TARGETS.items():

@@ -33,7 +33,7 @@ FLAGS: Final = (
     # This is a fifth faster without vectorisation.
     "-fno-tree-slp-vectorize",
     "-fwrapv",  # signed sums wrap with every compiler, as on the chip
-    # Export only the functions of fcu.h. Then calls of other functions are direct, and polling loops a sixth faster.
+    # Export only the functions of fcu.h. Then calls of other functions are direct; polling loops run a sixth faster.
     "-fvisibility=hidden",
     "-ffp-contract=off",  # products and sums are rounded separately, as on the chip
 )

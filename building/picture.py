@@ -1,8 +1,8 @@
 """Draw the moving picture of the README: python building/picture.py
 
 The script starts ``fcu web`` with a scenario, in slow motion, and takes screenshots of the page in Chromium. Each frame
-is shown for the virtual time until the next one, so the picture has the board's speed. The script writes docs/run.webp.
-It needs Chromium, and Playwright and Pillow from the extra ``test``.
+is shown for the virtual time until the next frame, so the picture has the board's speed. The script writes
+docs/run.webp. It needs Chromium, and Playwright and Pillow from the extra ``test``.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def frames(page: Page) -> list[tuple[float, Image.Image]]:
 
 
 def write(taken: list[tuple[float, Image.Image]]) -> None:
-    """Write the frames as one animated image; the last frame stays for a second."""
+    """Write the frames as one animated image; the final frame is shown for a second."""
     times_s = [time_s for time_s, _ in taken]
     shown_ms = [round(1000 * (after - before)) for before, after in pairwise(times_s)]
     first, *others = (image for _, image in taken)

@@ -1,8 +1,8 @@
 """Run the libraries of the wheels: .venv/bin/python building/run_libraries.py [FOLDER]
 
-They run the kernels of tests/arm/kernels natively, under qemu-user, under wine and with musl. The checksums must equal
-those of QEMU's Cortex-M4, and all instruction counts must be equal. This needs the packages of .ci/wheels,
-``build/debian-*`` and ``build/venv``.
+The libraries run the kernels of tests/arm/kernels natively, under qemu-user, under wine and with musl. The
+checksums must equal the checksums of QEMU's Cortex-M4, and all instruction counts must be equal. This needs the
+packages of .ci/wheels, ``build/debian-*`` and ``build/venv``.
 """
 
 from __future__ import annotations

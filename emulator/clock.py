@@ -35,7 +35,7 @@ def to_ps(seconds: float) -> int:
 
 
 _LAST: Final = 1 << 60  # added to the order of an event that runs after all others
-_FEW: Final = 1_000  # a queue with fewer entries keeps cancelled ones
+_FEW: Final = 1_000  # a queue with fewer entries keeps cancelled entries
 
 
 class Event:
@@ -57,11 +57,11 @@ _Entry: TypeAlias = tuple[int, int, Event]
 class Clock:
     """Virtual time and its queue of events.
 
-    ``next_ps`` is the time of the earliest event, and ``deferred_ps`` that of the earliest deferred
-    call; ``NEVER_PS`` means none.
+    ``next_ps`` is the time of the earliest event, and ``deferred_ps`` is the time of the
+    earliest deferred call; ``NEVER_PS`` means none.
 
     Deferred calls do not stop a run. They are executed in order, with the next event or by
-    ``settle()``. Meanwhile ``now_ps`` is their planned time.
+    ``settle()``. During a deferred call, ``now_ps`` is the call's planned time.
     """
 
     def __init__(self) -> None:
@@ -249,7 +249,7 @@ class TickCounts(Protocol):
 
     @property
     def late(self) -> int:
-        """Ticks whose handler did not start at once."""
+        """Ticks whose handler did not start immediately."""
         ...
 
     @property

@@ -45,8 +45,8 @@ def _kind_of(error: type[FcuError]) -> str:
 class FcuError(Exception):
     """Base class of this package's intended errors.
 
-    The text has no control characters. It is one line, unless ``has_lines`` is set. ``kind``
-    identifies the problem ("unknown_key"). Its default is the class name ("scenario").
+    The text has no control characters. The text is one line, unless ``has_lines`` is set. ``kind``
+    identifies the problem ("unknown_key"). The default kind is the class name ("scenario").
     """
 
     has_lines = False
@@ -72,7 +72,7 @@ def failure_text(error: Exception) -> str:
 
 
 class InputError(FcuError):
-    """The user's input cannot be used. The message states problem, place and correct form."""
+    """The user's input cannot be used. The message contains problem, place and correct form."""
 
 
 class ScenarioError(InputError):
@@ -175,7 +175,7 @@ class I2CError(FcuError):
 
 
 class I2CNackError(I2CError):
-    """Byte ``byte_index`` was not acknowledged. The address byte is 0."""
+    """Byte ``byte_index`` was not acknowledged. The address byte has index 0."""
 
     def __init__(self, address: int, byte_index: int) -> None:
         self.byte_index = byte_index

@@ -14,7 +14,7 @@ class RenamedWarning(FutureWarning):
 
 
 def with_current_keys(table: Mapping[str, Any], renamed: Mapping[str, str]) -> dict[str, Any]:
-    """Return the table with current keys; ``renamed`` maps old names to current ones.
+    """Return the table with current keys; ``renamed`` maps old names to current names.
 
     Warns of each old name. Raises ValueError if the table has both.
     """
@@ -40,7 +40,7 @@ def current_name(name: Any, renamed: Mapping[str, str]) -> Any:
 
 
 def warn_renamed(old: str, new: str, stacklevel: int = 2) -> None:
-    """Warn of a changed name, for the caller's caller."""
+    """Warn the caller's caller of a changed name."""
     problem = f"{old} is now called {new}; use that name"
     warnings.warn(problem, DeprecationWarning, stacklevel=stacklevel + 1)
 

@@ -74,8 +74,8 @@ class RegisterWrite(TraceEvent):
 class DeviceNote(TraceEvent):
     """An access that a device refuses, forbids or does not model. ``what`` is the kind of access.
 
-    ``problem`` is a stable identifier such as "scl-too-fast". ``data`` holds the values in ``text``
-    by name.
+    ``problem`` is a stable identifier such as "scl-too-fast". ``data`` contains the values in
+    ``text`` by name.
     """
 
     kind: ClassVar[str] = "note"
@@ -214,7 +214,7 @@ _NAMES = {
 }
 
 
-_KEPT = 200_000  # rare events in memory; older ones are dropped and counted
+_KEPT = 200_000  # rare events in memory; older events are dropped and counted
 _KEPT_IN_DETAIL = 4_000_000  # after record_all(), several minutes of the lab's firmware
 LARGEST_FILE = 4 << 30
 """Default maximum size of a file in bytes: about two hours of the lab's firmware."""
@@ -301,7 +301,7 @@ class Trace:
         return unsubscribe
 
     def write_to(self, path: str | Path, most_bytes: int = LARGEST_FILE) -> None:
-        """Write later events to a JSON-lines file. Raises LinkError if it cannot be opened.
+        """Write later events to a JSON-lines file. Raises LinkError if the file cannot be opened.
 
         A write error, or more than ``most_bytes``, raises OutputError during the run.
         """
@@ -316,7 +316,7 @@ class Trace:
         self._hand_on(event, detail=False)
 
     def add_detail(self, event: TraceEvent) -> None:
-        """Record a frequent event. Build one only if ``detailed`` is set."""
+        """Record a frequent event. Build the event only if ``detailed`` is set."""
         if self._keep_detail:
             self._keep(event)
         self._hand_on(event, detail=True)

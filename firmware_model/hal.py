@@ -1,6 +1,6 @@
 """The firmware's hardware interface: STM32Cube HAL protocols, and PRINTF.
 
-**Only HAL calls take virtual time**. In compiled firmware, all instructions do.
+**Only HAL calls take virtual time**. In compiled firmware, all instructions take time.
 
 Decision: HAL calls use Python types instead of C pointers: a read returns ``(status, data)``.
 Device addresses have 8 bits, as in C: 0xD6, 0x3C, 0xBA.

@@ -3,8 +3,8 @@
 Decision: each program of the lab is a class derived from ``LabFirmware``, which determines the
 order in ``main``.
 
-Decision: the angles are computed in the 800 Hz callback, because the LEDs must follow the tilt at
-once, and MagCalibration and eCompass need every sample.
+Decision: the angles are computed in the 800 Hz callback, because the LEDs must follow the tilt
+immediately, and MagCalibration and eCompass need every sample.
 """
 
 from __future__ import annotations

@@ -79,7 +79,7 @@ _SPIN_MS = 1000
 
 
 def initializeAllSensors(hal: Hal) -> None:
-    """Initialise the sensors. **Never return** if one is missing or has another identity.
+    """Initialise the sensors. **Never return** if a sensor is missing or has another identity.
 
     The loop has delays, because only HAL calls take virtual time.
     """
@@ -90,7 +90,7 @@ def initializeAllSensors(hal: Hal) -> None:
 
 
 def enableAllSensors(hal: Hal) -> None:
-    """Start each sensor and print a message. Ignore the status, like main.c."""
+    """Start each sensor and print a message. Ignore the status, as main.c does."""
     LSM6DSL_X_Enable(hal)
     PRINTF(hal, "LSM6DSL MEMS Accelerometer initialized and enabled\n")
     LSM6DSL_G_Enable(hal)

@@ -5,7 +5,7 @@ standard deviations, and noise has its typical strength. In ``worst`` each error
 random sign; each strength is 1.5 times the typical strength.
 
 Decision: a datasheet limit counts as three standard deviations; ST's "standard deviation" and a typical value count as
-one. If all figures counted as limits, the simulated errors would be too small.
+one standard deviation. If all figures counted as limits, the simulated errors would be too small.
 
 Decision: the standard deviation of output data rates is 2.5 % (:func:`rate_deviation`), because ST gives no tolerance.
 Published deviations are +3.7, +1 and -1 % (LSM6DSL family), and +4 % (ISM330DHCX).
@@ -42,8 +42,8 @@ STRENGTHS = {"ideal": 0.0, "typical": 1.0, "worst": 1.5}
 class Figure:
     """Declaration of one error parameter of a sensor.
 
-    ``deviation``: size of an error of either sign, else 0; ``typical``: value of a strength, such as a noise density,
-    else 0; ``axes``: 3 for one number per axis.
+    ``deviation``: magnitude of an error that can have either sign, else 0; ``typical``: value of a strength, such as a
+    noise density, else 0; ``axes``: 3 for one number per axis.
     """
 
     doc: str
@@ -57,7 +57,7 @@ class Figure:
 
     @property
     def size(self) -> str:
-        """Return the parameter's size in a real sensor: ``+-60 (limit)``, ``typically 80``, or ``0 to 1000``."""
+        """Return, as text, the error of a real sensor: ``+-60 (limit)``, ``typically 80``, or ``0 to 1000``."""
         if self.deviation:
             return f"+-{self.deviation:g} ({_KINDS[self.kind]})"
         if self.is_strength:
@@ -105,7 +105,7 @@ def rate_factor(odr_percent: float) -> Fraction:
 
 
 def drawn_by_axis(doc: str, unit: str, deviation: float, source: str, kind: Kind = "limit") -> Any:
-    """Return a field like that of :func:`drawn`, with one number each for X, Y and Z."""
+    """Return the field of :func:`drawn`, with one number for each of X, Y and Z."""
     return field(default=ZERO, metadata={"figure": Figure(doc, unit, source, deviation, kind, axes=3)})
 
 
@@ -115,7 +115,7 @@ def strength(doc: str, unit: str, typical: float, source: str) -> Any:
 
 
 def noise(doc: str, unit: str, typical: float, source: str) -> Any:
-    """Return a field like that of :func:`strength`, for a noise density."""
+    """Return the field of :func:`strength` for a noise density."""
     return strength(doc, unit, typical, source)
 
 
@@ -159,7 +159,7 @@ class PartErrors:
 
     @classmethod
     def of_quality(cls, quality: Quality, seed: int) -> Self:
-        """Return one sensor's errors, equal for equal seeds. Raises ValueError for an unknown quality."""
+        """Return one sensor's errors; equal seeds give equal errors. Raises ValueError for an unknown quality."""
         draw = QualityDraw(quality, cls.PART, seed)
         numbers: dict[str, float | Vec3] = {}
         for name, figure in cls.figures().items():
@@ -172,7 +172,7 @@ class PartErrors:
 
     @classmethod
     def of_grade(cls, quality: Quality, seed: int) -> Self:
-        """Return the result of :meth:`of_quality`, which had this name in the previous release."""
+        """Return the result of :meth:`of_quality`; this is the method's former name."""
         warnings.warn("of_grade is now called of_quality; use that name", DeprecationWarning, stacklevel=2)
         return cls.of_quality(quality, seed)
 

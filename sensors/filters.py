@@ -177,7 +177,7 @@ Source: TypeAlias = Callable[[int, int], Array]
 """``source(number, count)``: unfiltered samples, (axes, count)."""
 
 _SEGMENT = 16  # length in multiples of the warm-up pages
-_KEPT = 4  # pages in memory: one for the stream's block, the others for a second, slower reader
+_KEPT = 4  # pages in memory: one for the stream's block, three for a second, slower reader
 
 
 class _Page:
@@ -201,7 +201,7 @@ class SampledFilter:
         self._chain: Chain | None = None
         self._started = 0  # number of the chain's first sample
         self._first = 0  # number of the first sample under the present settings
-        self._initial = np.empty((axes, 0))  # the state before that sample
+        self._initial = np.empty((axes, 0))  # the state before sample ``_first``
         self._reference: Array | None = None
         self._warm = self._segment = 1
         self._pages: dict[int, _Page] = {}

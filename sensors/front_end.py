@@ -62,7 +62,7 @@ _PRODUCTS_AT_ONCE = 1 << 16
 class Kernel:
     """Weights that compute samples from a signal.
 
-    ``look_s``: time between signal values; ``analog``: low-pass on them; ``digital``: low-pass on conversions;
+    ``look_s``: time between signal values; ``analog``: low-pass on signal values; ``digital``: low-pass on conversions;
     ``late_s``: extra delay; ``highest``: largest absolute value before clipping.
     """
 
@@ -125,7 +125,7 @@ class Kernel:
 
 
 def _filtered(values: Array, weights: Array, step: int) -> Array:
-    """Return weighted sums of ``values`` (n, axes), at every ``step``-th value, counted back from the last."""
+    """Return weighted sums of ``values`` (n, axes), at every ``step``-th value, counted back from the last value."""
     begin = (len(values) - len(weights)) % step
     sums = []
     for axis in values[begin:].T:
@@ -370,7 +370,7 @@ class NoiseSource:
     def _page(self, number: int) -> Array:
         page = self._pages.get(number)
         if page is None:
-            if len(self._pages) >= 2:  # a block usually spans two pages; older pages can be drawn again
+            if len(self._pages) >= 2:  # a block usually spans two pages; older pages can be generated again
                 self._pages.pop(next(iter(self._pages)))
             bits = np.random.Philox(key=self._key, counter=[0, 0, 0, number])
             page = np.random.Generator(bits).standard_normal((self._channels, self._length))
@@ -398,7 +398,7 @@ class Flicker:
         ]
         self._sigma = _SIGMA * bias_instability
         self._first_s = self._end_s = 0
-        self._at_seconds: Array = np.empty((channels, 0))  # values at the whole seconds between these two
+        self._at_seconds: Array = np.empty((channels, 0))  # values from ``_first_s`` to ``_end_s``
 
     def block(self, t_s: Times) -> Array:
         """Return values at ascending times (n,), shape (channels, n)."""

@@ -323,7 +323,7 @@ class SubaddressTarget:
         self.address_mask = ADDRESSES - 1 | bit
         """Bits of a sub-address that the sensor evaluates."""
         self.last_burst = (0, 0)
-        """Sub-address and length of the last read or write; the next one continues after it."""
+        """Sub-address and length of the last read or write; the next transfer continues after it."""
         self._expects_subaddress = False
         self._booting = not part.accessible(now_ps())  # checked again only while it is True
 
@@ -402,7 +402,7 @@ class SubaddressTarget:
 
 
 def __getattr__(name: str) -> type[Sensor]:
-    """Return :class:`Sensor` for its name in the previous release."""
+    """Return :class:`Sensor` for its former name."""
     if name != "Part":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     warnings.warn("Part is now called Sensor; use that name", DeprecationWarning, stacklevel=2)

@@ -59,7 +59,7 @@ class Pin:
                 edge(at_ps, level)
 
     def apply(self, level: int, at_ps: int) -> None:
-        """Apply ``level`` to the pin after ``at_ps``. Raises ValueError if it is not 0 or 1."""
+        """Apply ``level`` to the pin after ``at_ps``. Raises ValueError if ``level`` is not 0 or 1."""
         if level not in {0, 1}:
             raise ValueError(f"pin {self.name}: level {level} is not 0 or 1")
         if level != self.applied:

@@ -25,9 +25,9 @@ ACCESSES: Final = ("rw", "r", "w", "rc_w0", "rc_w1", "rs")
 class Bits:
     """Bits ``msb`` down to ``lsb`` of a register.
 
-    ``access``: access to the field, if it differs from the register's. ``count``: number of equal fields, which are
-    ``step`` bits apart; in their names a number, counted from ``first``, replaces the ``x``. ``overlay``: True for a
-    second meaning of bits that another field declares.
+    ``access``: access to the field, if it differs from the register's access. ``count``: number of equal fields, which
+    are ``step`` bits apart; in their names a number, counted from ``first``, replaces the ``x``. ``overlay``: True for
+    a second meaning of bits that another field declares.
     """
 
     __slots__ = (

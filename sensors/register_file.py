@@ -61,12 +61,12 @@ class SharedOutput(Protocol):
         ...
 
     def burst_reader(self, first: int, end: int) -> BurstReader | None:
-        """Return a fast reader of these bytes, if there is one."""
+        """Return a fast reader of these bytes, or None."""
         ...
 
 
 BurstReader: TypeAlias = Callable[[int], tuple[bytes, int]]
-"""``read_burst(now_ps)``: returns the bytes, and the time until which another read returns the same."""
+"""``read_burst(now_ps)``: returns the bytes, and the time until which another read returns the same bytes."""
 
 _Hooks: TypeAlias = tuple[ReadHook | None, AfterHook | None]
 _NO_HOOKS: _Hooks = (None, None)
@@ -101,7 +101,7 @@ class RegisterFile:
 
     ``wrap``: address jumps within a burst. Sensor models read ``mem`` directly. ``version`` counts state
     changes of the sensor, except new samples and reads. ``held``: bytes that block data update does not refresh, as
-    :func:`fcu_emulator.sensors.shared_registers.bit`. C reads all three.
+    :func:`fcu_emulator.sensors.shared_registers.bit`. C reads ``mem``, ``version`` and ``held``.
     """
 
     def __init__(
@@ -122,7 +122,7 @@ class RegisterFile:
         self._after: list[AfterHook | None] = [None] * ADDRESSES
         self._on_write: list[WriteHook | None] = [None] * ADDRESSES
         self.outputs: list[SharedOutput] = []
-        # for each byte: how C reads it, and the hooks for which this way is valid; if the byte has other
+        # for each byte: how C reads it, and the hooks for which this access is valid; if the byte has other
         # hooks, C calls Python
         self._access: list[tuple[int, _Hooks]] = [(MEMORY, _NO_HOOKS)] * ADDRESSES
         self._bank_bytes = bytearray(ctypes.sizeof(Bank))
@@ -150,7 +150,7 @@ class RegisterFile:
     def add_output(
         self, output: SharedOutput, *registers: tuple[type[Register], ReadHook, AfterHook | None]
     ) -> None:
-        """Let C read ``registers`` from the output's train, as long as they have no other hooks."""
+        """Let C read ``registers`` from the output's train, as long as the registers have no other hooks."""
         access = OUTPUT + len(self.outputs)
         self._bank.trains[len(self.outputs)] = ctypes.addressof(output.train)
         self.outputs.append(output)
@@ -158,7 +158,7 @@ class RegisterFile:
             self._set_access(register, access, before, after)
 
     def set_status(self, register: type[Register], before: ReadHook) -> None:
-        """Call the hook ``before`` to update ``register``; the hook may only take due samples of all outputs."""
+        """Call the hook ``before`` to update ``register``; the hook may only process due samples of all outputs."""
         self.before_read(register, before)
         self._set_access(register, STATUS, before, None)
 

@@ -1,4 +1,4 @@
-"""Samples at an output data rate, and the registers that show the latest one.
+"""Samples at an output data rate, and the registers that show the latest sample.
 
 Times are integers computed from the index, so 6664 Hz is exact even after an hour. A value is a pure function of sample
 number, configuration and world. Sample numbers continue after a restart, so that each one-shot measurement has
@@ -28,7 +28,7 @@ Times: TypeAlias = NDArray[np.float64]
 """Sample times in seconds of virtual time, shape (n,)."""
 
 Producer: TypeAlias = Callable[[int, Times], bytes]
-"""``produce(number, t_s)``: returns register bytes of the samples at ``t_s``; the first sample has this number."""
+"""``produce(number, t_s)``: returns register bytes of the samples at ``t_s``; the first sample is sample ``number``."""
 
 Stamp: TypeAlias = Callable[[int, bytes], bytes]
 """``stamp(number, data)``: returns the samples' register bytes ``data``, changed if needed."""
@@ -40,8 +40,9 @@ _LARGEST_BLOCK = 4096
 class SampleStream:
     """The samples of one channel group.
 
-    ``next_ps``: time of the next sample; ``data``: register bytes of the latest; ``index``: its number, or -1;
-    ``raster_ps``: a time in phase with all samples; ``settled_number``: first sample after settling.
+    ``next_ps``: time of the next sample; ``data``: register bytes of the latest sample; ``index``: the latest
+    sample's number, or -1; ``raster_ps``: a time in phase with all samples; ``settled_number``: first
+    sample after settling.
     """
 
     __slots__ = (
@@ -139,7 +140,7 @@ class SampleStream:
         self._block_length = min(self._block_length, _SMALLEST_BLOCK)
 
     def world_changed(self, now_ps: int | None) -> None:
-        """Discard samples after ``now_ps``, by default those after the latest sample taken."""
+        """Discard samples after ``now_ps``, by default all samples after the latest sample taken."""
         number = self.next_number(now_ps)
         for forget in self._forgetting:
             forget(number)
@@ -154,7 +155,7 @@ class SampleStream:
         return self._origin_ps - (-(index - self._origin_index) * self._num // self._den)
 
     def advance(self, now_ps: int) -> int:
-        """Make the latest sample current and return the number of new ones."""
+        """Make the latest sample current and return the number of new samples."""
         num = self._num
         index, passed = divmod((now_ps - self._origin_ps) * self._den, num)
         self.next_ps = now_ps - (passed - num) // self._den  # origin + (index + 1) periods, rounded up
@@ -170,7 +171,7 @@ class SampleStream:
     def ahead(self, count: int) -> tuple[bytes, list[int]]:
         """Return at most ``count`` computed samples after the current one, and their times.
 
-        The last time is that of the first sample that is not returned.
+        The final time belongs to the first sample that is not returned.
         """
         if not self.running:
             return b"", [NEVER_PS]
@@ -307,7 +308,7 @@ def swap_bytes(words: bytes) -> bytes:
 class OutputWords:
     """Block of 16-bit words fed by a stream; ``after_sample(count)`` is called after new samples.
 
-    ``one_by_one``: Python must take each new sample, because ``after_sample`` has effects.
+    ``one_by_one``: Python must process each new sample, because ``after_sample`` has effects.
     """
 
     __slots__ = (

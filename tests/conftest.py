@@ -57,8 +57,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> WorkStealingScheduling:
     """Schedule tests so that an idle process takes tests from another process.
 
-    Slow tests are listed together. The default of pytest-xdist gives them all to one process: with two cores, one was
-    idle for half of a full run.
+    Slow tests are listed together. The default of pytest-xdist gives them all to one process: with two cores, one
+    core was idle for half of a full run.
     """
     from xdist.scheduler import WorkStealingScheduling
 

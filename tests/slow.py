@@ -1,9 +1,9 @@
 """List of slow tests: ``python -m tests.slow [PATH ...]`` measures tests and writes ``tests/slow.txt``.
 
 A test in this list has the marker ``slow``. ``pytest -m "not slow"`` is the set for use between two changes, under 90
-seconds on two cores; the full set is the default. The processor time is measured, including that of processes that a
-test starts, so that a busy machine gives the same list. All cases of a parametrised test count together: a thousand
-cases of 5 ms are as slow as one of 5 s.
+seconds on two cores; the full set is the default. The processor time is measured, including the time of processes that
+a test starts, so that a busy machine gives the same list. All cases of a parametrised test count together: a thousand
+cases of 5 ms are as slow as one case of 5 s.
 
 Decision: slow tests are in a list from measured times, not marked in the code, because marks of tests that have
 become fast would stay. A test refuses entries of tests that do not exist.
@@ -75,7 +75,7 @@ def _measure(paths: list[str]) -> dict[str, float]:
 
 
 def main(paths: list[str]) -> None:
-    """Measure the given tests, and keep the known times of the others."""
+    """Measure the given tests, and keep the known times of the other tests."""
     measured = _measure(paths)
     kept = {name: seconds for name, seconds in listed().items() if name not in measured and is_there(name)}
     slow = kept | {name: seconds for name, seconds in measured.items() if seconds >= SLOW_S}

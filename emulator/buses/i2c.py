@@ -167,7 +167,7 @@ class I2CBus:
         self.when_changed: list[Callable[[], None]] = []
         """Functions that are called after a fault has been injected or a device attached."""
         self.elsewhere: list[Callable[[], Iterable[Message]]] = []
-        """Functions that return those latest messages that only the master has recorded."""
+        """Functions that return latest messages that only the master has recorded."""
         self.shortest_ps = PS_PER_S // speed_hz if speed_hz < FAST_MODE_HZ else 0
         """Shortest period of SCL, or 0 for no limit. If a bus is created slow, firmware cannot make it faster."""
         self.set_speed(speed_hz)

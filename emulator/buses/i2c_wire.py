@@ -29,7 +29,7 @@ class I2CWire:
         return self.bus.has_faults and self.released_ps() > self.bus.now_ps
 
     def released_ps(self) -> int:
-        """Return when faults release the lines."""
+        """Return the time at which faults release the lines."""
         now_ps = self.bus.now_ps
         faults = self.bus.faults(now_ps)
         return max((fault.until_ps for fault in faults if fault.kind == "stuck"), default=now_ps)

@@ -1,6 +1,6 @@
 """A USART's serial line (RM0368 section 19).
 
-A received byte is lost if the previous one is unread (ORE).
+A received byte is lost if the previous byte is unread (ORE).
 
 Decision: the terminal follows the chip's bit rate, so text sent at a wrong rate stays readable
 here. A real terminal shows garbage, and the trace records the wrong rate.
@@ -20,7 +20,7 @@ from fcu_emulator.emulator.trace import Fault, TerminalBytes, Trace
 
 BAUD = 115_200
 _FRAME_BITS = 10  # start, eight data, stop
-_KEPT = 16 << 20  # bytes of terminal text; older ones are dropped and counted
+_KEPT = 16 << 20  # bytes of terminal text; older bytes are dropped and counted
 
 
 def divider(kernel_clock_hz: int, baud: int) -> int:
@@ -112,7 +112,7 @@ class Transceiver(Protocol):
         ...
 
     def line_idle(self) -> None:
-        """Handle a line without bytes for one frame."""
+        """Handle a line that is idle for one frame."""
         ...
 
 
@@ -219,7 +219,7 @@ class Uart:
         self._times.remove(times)
 
     def received_count(self) -> int:
-        """Return the number of received bytes, including dropped ones."""
+        """Return the number of received bytes, including dropped bytes."""
         kept = len(self.received())  # may drop some
         return self.dropped + kept
 
@@ -252,7 +252,7 @@ class Uart:
             self._trace.add_detail(TerminalBytes(run.time_ps(first), "tx", data))
 
     def replace_last(self, value: int) -> None:
-        """Replace the latest byte, overwritten in the data register."""
+        """Replace the latest byte, which firmware has overwritten in the data register."""
         self._run.waiting[-1] = value
 
     # -- receiving --------------------------------------------------------------------------------------

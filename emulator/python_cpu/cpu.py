@@ -52,8 +52,8 @@ class PythonCpu:
         self._main = main
 
     def run_until_ps(self, at_ps: int) -> None:
-        """Run up to and including ``at_ps``. Raises FirmwareError, and InputError in another
-        thread.
+        """Run up to and including ``at_ps``. Raises FirmwareError, or InputError if a later call comes from
+        another thread.
         """
         if self._context is None:
             self._context = greenlet(self._run_main)
@@ -143,7 +143,7 @@ class PythonCpu:
             self.wait_until(min(clock.next_ps, until_ps))
 
     def elapse(self, duration_ps: int) -> None:
-        """Let a duration pass; the time of handlers that preempt it is added."""
+        """Let a duration pass; the time of handlers that preempt the firmware is added."""
         clock = self._clock
         end_ps = clock.now_ps + duration_ps
         while clock.next_ps <= end_ps:

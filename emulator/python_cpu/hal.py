@@ -127,7 +127,7 @@ class VirtualHal(HalGpio):
     # -- serial line -----------------------------------------------------------------------------------------
 
     def HAL_UART_Transmit(self, data: bytes, timeout_ms: int) -> int:
-        """Return after the last byte is sent; HAL_BUSY during another transmission."""
+        """Return after the last byte is sent. Return HAL_BUSY during another transmission."""
         if self._sending:
             return HAL_BUSY
         deadline_ps = (self.HAL_GetTick() + timeout_ms + 1) * PS_PER_MS
@@ -163,7 +163,7 @@ class VirtualHal(HalGpio):
     def HAL_TIM_Base_Start_IT(self) -> None:
         """Enable the timer's interrupt, then its counter.
 
-        The callback follows at once, because ``HAL_TIM_Base_Init`` has set the update flag.
+        The callback runs immediately, because ``HAL_TIM_Base_Init`` has set the update flag.
         """
         self.timer.enable_interrupt()
         self._cpu.take_interrupts()

@@ -42,13 +42,13 @@ class IntervalTimer:
         return float(PS_PER_S / self._period_ps)
 
     def configure(self, prescaler: int, period: int) -> None:
-        """Write PSC and ARR, which sets the flag (EGR.UG, RM0368 14.4.5)."""
+        """Write PSC and ARR; this sets the flag (EGR.UG, RM0368 14.4.5)."""
         self._period_ps = Fraction(PS_PER_S * (prescaler + 1) * (period + 1), self._input_hz)
         self._flag = True
         self._due_ps = self._clock.now_ps
 
     def enable_interrupt(self) -> None:
-        """Set DIER.UIE. If the flag is set, the interrupt follows at once."""
+        """Set DIER.UIE. If the flag is set, the interrupt follows immediately."""
         if self._flag:
             self.ticks += 1
             self._due_ps = self._clock.now_ps

@@ -27,7 +27,7 @@ from fcu_emulator.emulator.world.track import Array, MinimumJerk, MotionProfile
 # -- Rotations ----------------------------------------------------------------------------------------------
 
 
-GIMBAL_LOCK_COSINE = 1e-9  # cosine of the pitch; below this, roll and yaw turn about the same axis
+GIMBAL_LOCK_COSINE = 1e-9  # cosine of the pitch; below this value, roll and yaw turn about the same axis
 
 
 def euler_to_matrix(euler_deg: Array) -> Array:
@@ -141,7 +141,7 @@ class Attitude(Protocol):
     def acceleration_dps2(self, t_s: Array, /) -> Array: ...
 
     def euler_deg(self, t_s: Array, /) -> Array:
-        """Return roll, pitch, yaw (N, 3). They are beyond +-180 only if commanded angles were."""
+        """Return roll, pitch, yaw (N, 3). They exceed +-180 only if commanded angles exceed +-180."""
         ...
 
 

@@ -32,7 +32,7 @@ class Changes(Truth):
         self._listeners: list[Callable[[float], None]] = []
 
     def on_change(self, callback: Callable[[float], None]) -> None:
-        """Call ``callback(from_s)`` after each change, which does not affect signals before ``from_s``."""
+        """Call ``callback(from_s)`` after each change. The change does not affect signals before ``from_s``."""
         self._listeners.append(callback)
 
     def _set(
@@ -85,7 +85,7 @@ class Changes(Truth):
         return pieces[-1][0]
 
     def _agitate(self, pieces: Sequence[tuple[float, Attitude | Coordinate]], signals: Iterable[str]) -> None:
-        """Mark signals as moving during the pieces. All pieces begin with a jump, except those that follow a hand."""
+        """Mark signals as moving during the pieces. All pieces begin with a jump, except pieces that follow a hand."""
         for signal in signals:
             agitation = self._agitation[signal]
             for (start_s, piece), (end_s, _) in pairwise(pieces):

@@ -143,7 +143,7 @@ class Steel:
 def dipole_mgauss(moment_am2: Array, from_magnet_m: Array, radius_m: float = limits.DISTANCE.low) -> Array:
     """Return the field of dipoles (N, 3) or (1, 3) at points (N, 3), in m from the dipole, NWU.
 
-    It is (3 (m.r) r / r^2 - m) / r^3. Inside ``radius_m``, it is the field at that distance.
+    The field is (3 (m.r) r / r^2 - m) / r^3. Inside ``radius_m``, it is the field at the distance ``radius_m``.
     """
     distance = np.sqrt((from_magnet_m**2).sum(axis=1))[:, np.newaxis]
     direction = from_magnet_m / np.where(distance == 0.0, 1.0, distance)

@@ -4,7 +4,7 @@ Sources at full throttle: ArduPilot's page "Measuring Vibration" (15 m/s2 RMS, t
 an autopilot's COMPASS_MOT_X to Z (diydrones.com, "compass calibration always above 150").
 
 Decisions: the full speed of the motors is 400 revolutions per second, an assumption for small coreless motors.
-The speed follows the throttle at once, and the motors do not turn the board.
+The speed follows the throttle immediately, and the motors do not turn the board.
 """
 
 from __future__ import annotations

@@ -142,7 +142,7 @@ _SWEEPS = 60
 
 
 def accelerations(row_s: Array, row_m: Array) -> Array:
-    """Return the accelerations (M,) in m/s2 at the rows (M,) of a motion at rest before and after them.
+    """Return the accelerations (M,) in m/s2 at the rows (M,) of a motion at rest before and after these rows.
 
     Decision: a recorded position is the cubic spline through the rows, because corners would have infinite
     accelerations. Each sweep of Jacobi's method halves the error.

@@ -6,7 +6,7 @@ Columns may have any order; each group may be omitted::
     t_s, roll_deg,pitch_deg,yaw_deg, north_m,east_m, alt_m
 
 The time must increase from row to row. Values between rows are linear (attitude: shortest arc; position: smooth).
-The first row's values also apply before it, and the last row's values after it.
+The first row's values also apply to earlier times, and the last row's values to later times.
 
 Decision: recordings have a separate, strict reader, so that errors name the file and the line.
 """

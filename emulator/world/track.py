@@ -3,7 +3,7 @@
 A constant result has one row, so that a world at rest is cheap. A hand's motion has minimum jerk (Flash and
 Hogan, J. Neurosci. 5, 1985).
 
-Decision: a piece of a track is active until the next one starts, and planning a piece discards later plans.
+Decision: a piece of a track is active until the next piece starts, and planning a piece discards later plans.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Track(Generic[P]):
         return self._starts[len(self._starts) // 2]
 
     def at(self, t_s: float) -> P:
-        """Return the piece active at ``t_s``. Raises InputError if it was dropped."""
+        """Return the piece active at ``t_s``. Raises InputError if the piece was dropped."""
         return self._pieces[self._index(t_s)]
 
     def _index(self, t_s: float) -> int:
@@ -160,7 +160,7 @@ class Spans(Generic[P]):
     def between(self, from_s: float, to_s: float) -> list[Span[P]]:
         """Return the events that are active at these times, in the order in which they were added.
 
-        Raises InputError if some of them may have been dropped.
+        Raises InputError if some of these events may have been dropped.
         """
         if from_s < self._oldest_s:
             raise not_kept(from_s, self._oldest_s)
@@ -209,7 +209,7 @@ class Agitation(Spans[float]):
     """
 
     def add(self, start_s: float, end_s: float, event: float = 0.0) -> None:
-        """Add a motion with the pace ``event`` from ``start_s`` to ``end_s``; the default pace is that of jumps.
+        """Add a motion with the pace ``event`` from ``start_s`` to ``end_s``; the default is the pace of jumps.
 
         A jump at the beginning of the world is ignored, because the new state also applies before the jump.
         """

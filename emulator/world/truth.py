@@ -44,7 +44,7 @@ def isa_pressure_hpa(altitude_m: float) -> float:
 
 
 def pressure_ratio(height_m: Array, temperature_degc: Array) -> Array:
-    """Return the ratio of the pressure at ``height_m`` (N,) above the floor to that at the floor."""
+    """Return the ratio of the pressure at ``height_m`` (N,) above the floor to the pressure at the floor."""
     return (1.0 - LAPSE_K_M * height_m / (temperature_degc + ZERO_CELSIUS_K)) ** EXPONENT
 
 
@@ -127,7 +127,7 @@ class Truth:
     def compass_deg(self, t_s: npt.ArrayLike) -> Array:
         """Return roll, pitch and yaw (N, 3) like `attitude_deg`, but with the yaw from magnetic north.
 
-        Disturbances do not change magnetic north. For a vertical field, it is the world frame's north.
+        Disturbances do not change magnetic north. For a vertical field, magnetic north is the world frame's north.
         """
         compass = self.attitude_deg(t_s)
         earth = _sampled(lambda t: self._earth.evaluate(t, Constant.value), t_s)
@@ -321,7 +321,7 @@ class Truth:
         return distorted + own
 
     def _bent_in(self, steel: tuple[Steel, ...], t_s: Array) -> Array:
-        """Return the Earth's field as steel in the room bends it."""
+        """Return the Earth's field, bent by steel in the room."""
         earth = self._earth.evaluate(t_s, Constant.value)
         if not steel:
             return earth

@@ -1,10 +1,10 @@
-"""Temperature of the board: that of the air, plus heating by the board's power, plus the lag behind changes of the air.
+"""Temperature of the board: the air's temperature, heating by the board's power, and the lag behind changes of the air.
 
 Decision: the figures of the board's heating are estimates for a board of 3 cm by 3 cm, because no figures are
 published. The first two figures may be wrong by 50 %, the third by a factor of two.
 
-* Heating: 0.125 W over 0.018 W per degree (18 cm2 at 10 W/m2) are 7 degrees in still air; 5 are assumed.
-* Time constant: 4 J per degree over 0.018 W are 220 s; 200 s are assumed.
+* Heating: 0.125 W divided by 0.018 W per degree (18 cm2 at 10 W/m2) are 7 degrees in still air; 5 are assumed.
+* Time constant: 4 J per degree divided by 0.018 W are 220 s; 200 s are assumed.
 * Differences on the board: conduction in two half-etched copper layers of 35 um gives a standard deviation of
   8 %.
 * Heating of a sensor by its own power: 2 mW at 200 K/W add 0.4 degrees, which are omitted.

@@ -63,7 +63,7 @@ class World(Changes):
     """The true state for all sensors. The present is the time of ``clock``, or power-on without a clock.
 
     At power-on the board lies flat and still on the floor, X to the north, in the air and field of Zurich.
-    A setter changes the value at once. Invalid values raise `InputError`.
+    A setter changes the value immediately. Invalid values raise `InputError`.
     """
 
     change_weather, blow, shut_door = map(OldName, ("change_pressure", "blow_wind", "slam_door"))
@@ -71,11 +71,11 @@ class World(Changes):
     # -- setters --------------------------------------------------------------------------------------------
 
     def set_attitude(self, roll_deg: float, pitch_deg: float, yaw_deg: float) -> None:
-        """Set the attitude at once, without an angular rate."""
+        """Set the attitude immediately, without an angular rate."""
         self._plan_attitude((self._clock.now_s, Held(limits.attitude(roll_deg, pitch_deg, yaw_deg))))
 
     def set_altitude(self, metres: float) -> None:
-        """Set the board's height above the floor to ``metres`` at once, without acceleration."""
+        """Set the board's height above the floor to ``metres`` immediately, without acceleration."""
         now = self._clock.now_s
         rest_m = limits.ALTITUDE.check("metres", metres) - self._shift_at(now)[2]
         self._plan_height((now, RestSegment(rest_m)))
@@ -120,7 +120,7 @@ class World(Changes):
     ) -> None:
         """Put a sphere of steel into the room, north and east of the board's start and above the floor.
 
-        ``moment_am2``: its permanent moment north, east and down; zeros for soft steel.
+        ``moment_am2``: the sphere's permanent moment north, east and down; zeros for soft steel.
         """
         named = (("north_m", north_m), ("east_m", east_m), ("up_m", up_m))
         north, east, up = (limits.PLACE.check(name, value) for name, value in named)
@@ -210,7 +210,7 @@ class World(Changes):
         time_constant_s: float = TIME_CONSTANT_S,
         start_s: float | None = None,
     ) -> float:
-        """Move a hand-held magnet, which points west, to a place relative to the board, like `follow_attitude`."""
+        """Move a hand-held magnet, which points west, to a place relative to the board; see `follow_attitude`."""
         named = (("north_m", north_m), ("west_m", west_m), ("up_m", up_m))
         place = np.array([limits.PLACE.check(name, value) for name, value in named])
         limits.DISTANCE.check("distance of the magnet from the board", float(np.linalg.norm(place)))
@@ -268,7 +268,7 @@ class World(Changes):
         return start
 
     def put_down(self, start_s: float | None = None) -> float:
-        """Release the board from the hand; it rests at its present height."""
+        """Release the board from the hand; the board rests at its present height."""
         start = self._start(start_s)
         self._let_go(start)
         self._changed(start, (*TURNED_SIGNALS, "pressure"))
@@ -298,7 +298,7 @@ class World(Changes):
         return (0.0,) * MOTORS if running is None else tuple(running.throttle.tolist())
 
     def run_motors(self, throttle: float | Sequence[float], start_s: float | None = None) -> float:
-        """Run the motors at a fraction 0 to 1 of the full voltage: one value for all, or four. 0 stops them."""
+        """Run the motors at a fraction 0 to 1 of the full voltage: one value for all, or four values. 0 stops them."""
         each = [throttle] * MOTORS if isinstance(throttle, int | float) else list(throttle)
         if len(each) != MOTORS:
             raise InputError(f"throttle must be one number from 0 to 1, or {MOTORS}, not {throttle!r}")
@@ -499,7 +499,7 @@ class World(Changes):
         return self._disturb(start, 2.0 * magnet.closest_s - start, magnet)
 
     def replay(self, recording: Recording, start_s: float | None = None) -> float:
-        """Replay the signals of a recording, or follow its attitude. ``start_s`` is its time 0.
+        """Replay the signals of a recording, or follow its attitude. ``start_s`` is the recording's time 0.
 
         The last row applies until the next motion or setter of the same signal.
         """

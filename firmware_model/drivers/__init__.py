@@ -1,4 +1,4 @@
 """Drivers of the three sensors.
 
-Their register constants are separate from the models', so tests can detect a wrong address.
+The drivers' register constants are separate from the models' constants, so tests can detect a wrong address.
 """

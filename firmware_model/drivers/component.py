@@ -41,6 +41,6 @@ def write_register(hal: Hal, device: int, register: int, value: int) -> int:
 
 
 def check_who_am_i(hal: Hal, device: int, register: int, expected: int) -> int:
-    """Read the identity. Return COMPONENT_ERROR for bus errors or another sensor."""
+    """Read the identity. Return COMPONENT_ERROR for a bus error or another sensor's identity."""
     status, data = hal.HAL_I2C_Mem_Read(device, register, 1)
     return COMPONENT_OK if status == HAL_OK and data[0] == expected else COMPONENT_ERROR

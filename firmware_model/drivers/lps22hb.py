@@ -6,7 +6,7 @@ Decision: the driver of the LPS22HB sets IF_ADD_INC in the transaction in which 
 it, because bursts need this bit.
 
 Decision: ``LPS22HB_WaitForData`` is an addition. ST's main.c may read its reference pressure before
-the first conversion; then the value was 758.4 hPa.
+the first conversion; such a read gave 758.4 hPa.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def LPS22HB_Init(hal: Hal) -> int:
 
 
 def LPS22HB_Enable(hal: Hal) -> int:
-    """Start at 25 Hz, and read the setting back like ST's driver."""
+    """Start at 25 Hz, and read the setting back, as ST's driver does."""
     if update_register(hal, LPS22HB_ADDRESS, (CTRL_REG1, ODR, ODR_25_HZ)) != COMPONENT_OK:
         return COMPONENT_ERROR
     status, _ = hal.HAL_I2C_Mem_Read(LPS22HB_ADDRESS, CTRL_REG1, 1)

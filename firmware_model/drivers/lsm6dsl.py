@@ -83,7 +83,7 @@ def LSM6DSL_X_Init(hal: Hal) -> int:
 
 
 def LSM6DSL_G_Init(hal: Hal) -> int:
-    """Identify the sensor again, like ST's driver, and set up the gyroscope in power-down."""
+    """Identify the sensor again, as ST's driver does, and set up the gyroscope in power-down."""
     if check_who_am_i(hal, LSM6DSL_ADDRESS, WHO_AM_I, WHO_AM_I_VALUE) != COMPONENT_OK:
         return COMPONENT_ERROR
     return update_registers(hal, LSM6DSL_ADDRESS, _G_INIT)

@@ -5,7 +5,7 @@ Decisions:
 * MROI needs IEN = 1 (AN5069 10.2); the datasheet calls MROI "always enabled".
 * the threshold is unsigned and has 16 bits, as in the datasheet's Table 38; AN5069 says 15 bits.
 * INT signals crossings only, not MROI (range overflow).
-* a changed interrupt setting takes effect at the next sample; IEN = 0 and IEA take effect at once.
+* a changed interrupt setting takes effect at the next sample; IEN = 0 and IEA take effect immediately.
 * with IEN = 0 and IEA = 0, bit INT reads ``idle_level``, by default 0 as after reset.
 """
 

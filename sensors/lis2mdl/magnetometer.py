@@ -39,7 +39,7 @@ class Pulses:
         self.first = 0
         """Number of the first measurement since leaving idle."""
         self._from = 0  # the settings below apply from this measurement on
-        self._before = SET  # the polarity before that measurement
+        self._before = SET  # the polarity before measurement ``_from``
         self._alternating = False
         self._periodic = True
 
@@ -50,7 +50,7 @@ class Pulses:
         self._periodic = periodic
 
     def leave_idle(self, number: int) -> None:
-        """Restart the count of measurements at ``number``, the first one after idle."""
+        """Restart the count of measurements at ``number``, the first measurement after idle."""
         self.first = number
 
     def polarity(self, numbers: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -189,7 +189,7 @@ class Magnetometer:
         return field / MGAUSS_PER_LSB
 
     def _noise_of(self, number: int, count: int) -> NDArray[np.float64]:
-        """Return noise of unit variance; averaged neighbours share a measurement."""
+        """Return noise of unit variance; neighbouring averages share a measurement."""
         if not self.settings.averaging:
             return self._noise.block(number + 1, count)
         measured = self._noise.block(number, count + 1)

@@ -1,8 +1,9 @@
 """The LIS2MDL's behaviour behind its registers.
 
 Decisions where the documents are silent: triggering a single measurement does not clear Zyxda (in ST's examples, the
-polling loop triggers); a per-axis flag is cleared by its high byte; registers answer during REBOOT, but not during the
-boot after power-on. A note reports a measurement with COMP_TEMP_EN = 0, because the bit "must be 1" (datasheet 8.5).
+polling loop triggers measurements); a per-axis flag is cleared by its high byte; registers answer during REBOOT, but
+not during the boot after power-on. A note reports a measurement with COMP_TEMP_EN = 0, because the bit
+"must be 1" (datasheet 8.5).
 """
 
 from __future__ import annotations
@@ -127,7 +128,7 @@ class LIS2MDL(Sensor):
             self._outputs.field.refresh(now_ps)
 
     def next_event_ps(self) -> int:
-        """Return when the next sample can move the pin."""
+        """Return the time at which the next sample can change the pin."""
         if self._pin.pin.wired and self._pin.shows == "DRDY":
             return self._streams.field.next_ps
         if self._pin.pin.wired and self._pin.shows == "INT" and self._interrupt.settings.on:
@@ -177,7 +178,7 @@ class LIS2MDL(Sensor):
 
     def _write_config_a(self, old: int, new: int, now_ps: int) -> None:
         main, clearing = self.registers, self._clearing
-        # First process the end of a single measurement, which may have come before this write.
+        # First process a single measurement that may have ended before this write.
         main.mem[CFG_REG_A.addr] = old
         self._refresh(0, 0, now_ps)
         main.mem[CFG_REG_A.addr] = new

@@ -30,13 +30,13 @@ class Streams:
         return self.field, self.temperature, self.compared
 
     def next_number(self) -> int:
-        """Return the next sample's number, which continues over restarts."""
+        """Return the next sample's number; restarts do not reset it."""
         return self.pulses.first + self.field.index + 1
 
     def start(self, now_ps: int, first_delay_ps: int, rate: Fraction | None, *, temperature: bool) -> None:
         """Leave idle: take one sample after ``first_delay_ps``, then sample at ``rate``."""
         self.pulses.leave_idle(self.next_number())
-        self.compared.index = self.field.index  # equal numbers in both streams, even if this one was not read
+        self.compared.index = self.field.index  # equal numbers in both, even if ``compared`` was not read
         self.temperature.stop()
         running = (
             (self.field, self.compared, self.temperature) if temperature else (self.field, self.compared)

@@ -28,7 +28,7 @@ class Behaviour(Enum):
     DYNAMIC_STREAM = auto()
 
 
-_MODES = {  # by FIFO_CTRL.F_MODE: the mode without the interrupt, and with it
+_MODES = {  # by FIFO_CTRL.F_MODE: the modes without and with the interrupt
     0b000: (Behaviour.BYPASS, Behaviour.BYPASS),
     0b001: (Behaviour.FIFO, Behaviour.FIFO),
     0b010: (Behaviour.STREAM, Behaviour.STREAM),
@@ -41,7 +41,7 @@ _OFF = (Behaviour.BYPASS, Behaviour.BYPASS)
 
 
 class PressureFifo:
-    """The FIFO. ``on``: its mode is not bypass. ``active``: it is on, or a trigger can switch it on."""
+    """The FIFO. ``on``: the mode is not bypass. ``active``: the FIFO is on, or a trigger can switch the FIFO on."""
 
     def __init__(self) -> None:
         self._levels: deque[bytes] = deque()  # unread, oldest first

@@ -5,7 +5,7 @@ REF_P, instead of RPDS, from the output.
 
 Decisions where the datasheet is silent: the measured pressure is the pressure before RPDS is subtracted; the sample
 stored in REF_P is itself shown relative to REF_P; RESET_AZ clears REF_P and RESET_ARP does not; a difference equal to
-the threshold sets neither flag; switching a comparison off clears its flag unless the flag is latched.
+the threshold sets neither flag; switching a comparison off clears its flag if the flag is not latched.
 
 Decisions: with INT_S = 0 the pin shows the enabled data signals ORed together, as in figure 22. Data-ready is P_DA.
 """
@@ -99,7 +99,7 @@ class PressureInterrupt:
 
     @property
     def raised(self) -> bool:
-        """Whether IA is set, which also triggers the FIFO."""
+        """Whether IA is set; IA also triggers the FIFO."""
         return self.source != 0
 
     def configure(self, mem: bytearray) -> None:

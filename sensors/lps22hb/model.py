@@ -1,9 +1,9 @@
 """The LPS22HB's behaviour behind its registers.
 
 Decisions where the datasheet is silent: while the FIFO is on and empty the output registers are unchanged; RESET_AZ,
-RESET_ARP and SWRESET act at once and read 1 for 10 us; SWRESET keeps RPDS and RES_CONF; a write of ONE_SHOT during a
-measurement has no effect; a new rate aborts the measurement; BOOT takes one period, or 1 ms in power-down; it changes
-no setting, and registers work during BOOT.
+RESET_ARP and SWRESET act immediately and read 1 for 10 us; SWRESET keeps RPDS and RES_CONF; a write of ONE_SHOT during
+a measurement has no effect; a new rate aborts the measurement; BOOT takes one period, or 1 ms in power-down; BOOT
+changes no setting, and registers work during BOOT.
 """
 
 from __future__ import annotations
@@ -178,7 +178,7 @@ class LPS22HB(Sensor):
         self._refresh(now_ps)
 
     def next_event_ps(self) -> int:
-        """Return when the next sample can move the pin."""
+        """Return the time at which the next sample can change the pin."""
         int_drdy = self._pipeline.int_drdy
         return self._stream.next_ps if int_drdy.routed and int_drdy.pin.wired else NEVER_PS
 

@@ -39,7 +39,7 @@ class Pipeline:
         self.drive(now_ps)
 
     def take(self, sample: bytes, at_ps: int) -> bytes:
-        """Process a measured sample; return it as the output registers show it."""
+        """Process a measured sample; return the sample as the output registers show it."""
         if not self.every_sample:
             return self.reference.output(sample)
         self.reference.take(sample)
@@ -140,7 +140,7 @@ class PressureOutput:
 
 
 class OutputTrain:
-    """Train of output samples for C while FIFO and pin are unused; ``refresh(now_ps)`` takes due samples."""
+    """Train of output samples for C while FIFO and pin are unused; ``refresh(now_ps)`` processes due samples."""
 
     def __init__(
         self,

@@ -189,7 +189,7 @@ def _chain(sections: Sections | None) -> Chain | None:
 
 # -- filters (AN5040 3.7 and Table 10) ----------------------------------------------------------------------
 
-_DIVISOR = (50, 100, 9, 400)  # CTRL8_XL.HPCF_XL: cut-off of LPF2 and high-pass, ODR over this
+_DIVISOR = (50, 100, 9, 400)  # CTRL8_XL.HPCF_XL: cut-off of LPF2 and high-pass, ODR divided by this number
 _SLOPE_CODE = 0  # HPCF_XL code of the slope filter, with HP_SLOPE_XL_EN
 _ANALOG_WIDE_HZ, _ANALOG_NARROW_HZ = 1500, 400
 _ANALOG_WIDE_FROM_HZ = 1666
@@ -336,7 +336,7 @@ def _low_power_excess(ctrl8: int, filters: Chain | None) -> float:
 
 
 def _user_offset(mem: bytearray) -> tuple[float, float, float]:
-    """Return the user offset to add. Z is negated, because it is subtracted (AN5040 4.6; datasheet 9.91 to 9.93)."""
+    """Return the user offset to add. Z is negated, because Z is subtracted (AN5040 4.6; datasheet 9.91 to 9.93)."""
     weight_mg = 1000 / (64 if mem[CTRL6_C.addr] & CTRL6_C.USR_OFF_W.mask else 1024)
     x, y, z = np.frombuffer(mem, dtype=np.int8, count=3, offset=X_OFS_USR.addr).tolist()
     return x * weight_mg, y * weight_mg, -z * weight_mg

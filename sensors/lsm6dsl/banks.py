@@ -1,7 +1,7 @@
 """The LSM6DSL's embedded banks A and B, and rounding of bursts (datasheet 9.1, sections 11 and 12).
 
-Decision: with ROUNDING, the first address of a pattern follows its last one, wherever the burst starts (AN5040 4.7).
-FIFO_DATA_OUT always rounds.
+Decision: with ROUNDING, a pattern's last address is followed by its first address, wherever the burst starts (AN5040
+4.7). FIFO_DATA_OUT always rounds.
 """
 
 from __future__ import annotations
@@ -247,12 +247,12 @@ _TITLES = {"A": "Embedded bank A, selected by FUNC_CFG_ACCESS = 0x80", "B": "...
 
 
 def titled_maps() -> dict[str, RegisterMap]:
-    """Return every map by its title, empty for the main one."""
+    """Return every register map by title; the main map's title is empty."""
     return {"": MAIN, **{_TITLES[name]: bank for name, bank in EMBEDDED.items()}}
 
 
 class Banks:
-    """The main bank, and ``embedded`` ones by FUNC_CFG_ACCESS value."""
+    """The main bank, and the ``embedded`` banks by FUNC_CFG_ACCESS value."""
 
     def __init__(self, main: RegisterFile) -> None:
         self.main = main
@@ -275,7 +275,7 @@ class Banks:
 def on_bank_write(
     chip: FeatureContext, bank: int, registers: Iterable[type[Register]], changed: Callable[[int], None]
 ) -> None:
-    """Call ``changed(now_ps)`` after a write to any of ``registers``, when all earlier work is done.
+    """Call ``changed(now_ps)`` after a write to any of ``registers``, after all earlier work.
 
     A write to bank A while a sensor is on causes a note (AN5040 6).
     """

@@ -38,8 +38,8 @@ _SISTER = "datasheet of the ISM330DHCX"
 class LSM6DSLErrors(PartErrors):
     """Deviations of an LSM6DSL, axes in the sensor's frame.
 
-    Values in Table 3 are typical. By section 4.6, the tolerance of the zero-g offset is a standard deviation, and that
-    of the sensitivity is a range.
+    Values in Table 3 are typical. By section 4.6, the tolerance of the zero-g offset is a standard deviation;
+    the tolerance of the sensitivity is a range.
     Gyroscope bias instability and cross-axis sensitivity come from the ISM330DHCX. Accelerometer bias instability has
     no source.
     """

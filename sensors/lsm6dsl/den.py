@@ -1,4 +1,4 @@
-"""Data enable: INT2 is an input, whose level marks samples or lets them pass (AN5040 4.8).
+"""Data enable: INT2 is an input; its level marks samples, or selects the samples that pass (AN5040 4.8).
 
 * level: the stamped axes' LSB is 1 while DEN is active.
 * latched: the LSB is 1 in the first sample after a pulse.
@@ -100,8 +100,8 @@ def _mode(mem: bytearray) -> int:
 
 
 class Gate:
-    """The gate of one sensor. ``source``: the sensor's stream. ``shown``: the samples that pass while the
-    gate is ``closed``.
+    """The gate of one sensor. ``source``: the sensor's stream. ``shown``: the only samples that pass while
+    the gate is ``closed``.
     """
 
     def __init__(self, source: SampleStream) -> None:
@@ -179,7 +179,7 @@ class DataEnable:
     # -- for the sensor ---------------------------------------------------------------------------------
 
     def level_changes(self, level: int, at_ps: int) -> None:
-        """React to a new level of INT2; ``configure`` follows."""
+        """React to a new level of INT2; the caller then calls ``configure``."""
         was, self._den_active = self._den_active, bool(level) == self._settings.active_high
         if was or not self._den_active:
             return

@@ -8,7 +8,8 @@ The magnitude must fall by the threshold after a peak, and rise by the threshold
 filter is needed.
 
 A tilt event (6.3) is a turn by 35 degrees since the previous event; before the first event the tilt must last 2 s.
-A wrist tilt event (6.4; datasheet 12) is an acceleration above the threshold (sine of an angle) for the latency time.
+A wrist tilt event (6.4; datasheet 12) is an acceleration above the threshold (sine of an angle) for the entire
+latency time.
 """
 
 from __future__ import annotations
@@ -199,7 +200,7 @@ class Tilt:
 
 _LATENCY_LSB_PS = 40 * PS_PER_S // 1000
 _THRESHOLD_LSB_MG = 15.625
-_X_POSITIVE, _X_NEGATIVE = 0x80, 0x40  # Y and Z are two and four bits lower
+_X_POSITIVE, _X_NEGATIVE = 0x80, 0x40  # the bits of Y and Z are two and four places lower
 _DIRECTIONS = (0x80, 0x40, 0x20, 0x10, 0x08, 0x04)
 
 
@@ -312,7 +313,7 @@ class EmbeddedFunctions:
         if fast_enough:
             self._every = round(rate_hz / _RATE_HZ)
             self._mg_per_lsb = MG_PER_LSB[CTRL1_XL.FS_XL.get(self._mem[CTRL1_XL.addr])]
-            # A restarted stream counts from 0 again; a running one keeps its ticks.
+            # A restarted stream counts from 0 again; a running stream keeps its ticks.
             following = stream.latest(now_ps) + 1
             self._next = -(-following // self._every) * self._every
         self._delta.configure(self._delta_ps(), now_ps)
@@ -418,7 +419,7 @@ class EmbeddedFunctions:
                 self._mem[WRIST_TILT_IA.addr] |= directions
 
     def _raise(self, source: FunctionSource, at_ps: int) -> None:
-        """Raise an event. The chip first processes all earlier samples, so that the FIFO stores the right
+        """Raise an event. The chip first processes all earlier samples, so that the FIFO stores the correct
         values.
         """
         self._chip.catch_up(at_ps - 1)

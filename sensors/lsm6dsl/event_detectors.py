@@ -54,7 +54,7 @@ Axes: TypeAlias = tuple[float, float, float]
 """X, Y, Z in mg."""
 
 ZERO: Axes = (0.0, 0.0, 0.0)
-_DIVISOR = (4, 100, 9, 400)  # HPCF_XL: cut-off is ODR over this; code 0 is the slope filter
+_DIVISOR = (4, 100, 9, 400)  # HPCF_XL: cut-off is ODR divided by this number; code 0 is the slope filter
 
 
 class MotionFilter:

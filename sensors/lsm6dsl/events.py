@@ -43,7 +43,7 @@ from fcu_emulator.sensors.register_file import NEVER_PS
 
 
 class EventOutput:
-    """One event: ``bits`` in the source register, held until it is read if ``latched``."""
+    """One event: ``bits`` in the source register. If ``latched``, they stay set until the register is read."""
 
     __slots__ = ("_name", "_signals", "bits", "latched")
 
@@ -69,7 +69,7 @@ class EventOutput:
 
 
 _FULL_SCALE_MG = (2000, 16000, 4000, 8000)  # FS_XL, in the datasheet's order
-_BLOCK = 1024  # samples processed at once
+_BLOCK = 1024  # samples processed together
 
 
 class Events:

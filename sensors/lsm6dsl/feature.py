@@ -76,7 +76,7 @@ class Gates:
         self._instead: dict[SampleStream, SampleStream] = {}
 
     def show(self, stream: SampleStream, instead: SampleStream | None) -> None:
-        """Show ``stream`` through ``instead``, or unchanged with None."""
+        """Show ``instead`` in place of ``stream``. None: show ``stream`` itself."""
         self._instead.pop(stream, None)
         if instead is not None:
             self._instead[stream] = instead

@@ -5,7 +5,7 @@ Lazy evaluation: a read processes all due triggers and events. Decisions where t
 * FIFO mode stops as soon as the next trigger's sets would fill the memory (AN5040 figures 28 and 29 against Table 64),
   and stays stopped until bypass.
 * The sample that raises the event is the first of the new mode.
-* A change of the configuration outside bypass causes a note; the words stay, and the pattern restarts after them.
+* A change of the configuration outside bypass causes a note; stored words remain, and the pattern restarts after them.
 * An empty FIFO shows the latest word that was read, as an output buffer would.
 """
 
@@ -139,7 +139,7 @@ class FifoFlags:
             self._signals.set("FIFO_OVR", bool(bits & _OVERRUN), at_ps)
 
     def triggers_to_next(self, widest: int) -> int:
-        """Return a lower bound of the triggers until a flag changes, or 0.
+        """Return a lower bound of the number of triggers until a flag changes, or 0.
 
         ``widest``: maximum words per trigger.
         """

@@ -4,7 +4,7 @@ Decisions where the documents are silent or disagree: reserved modes (2, 5, 7) a
 watermark of 0 is never reached; the faster sensor limits the FIFO rate (figure 32, not 5.5); ONLY_HIGH_DATA does not
 remove the second data set.
 
-Samples of the faster sensor trigger storage; at equal rates, those of the gyroscope do. ODR_FIFO selects every 2nd,
+Samples of the faster sensor trigger storage; at equal rates, samples of the gyroscope do. ODR_FIFO selects every 2nd,
 4th ... sample. DRDY_MASK replaces words of samples to be discarded by 7FFF.
 """
 
@@ -374,7 +374,7 @@ class SampleTriggers:
         self._next += count * self._every
 
     def time_ps(self, number: int) -> int:
-        """Return the time of trigger ``number`` after the next one, or ``NEVER_PS``."""
+        """Return the time of trigger ``number`` after the next trigger, or ``NEVER_PS``."""
         if not self._every:
             return NEVER_PS
         return self._leader.time_ps(self._next + number * self._every)

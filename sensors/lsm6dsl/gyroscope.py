@@ -111,7 +111,7 @@ _PHASE_DEG = {
 _FIRST_PHASE_CODE, _FIRST_PHASE_ODR_HZ = (
     3,
     52,
-)  # at lower rates, the delay has the same number of sample periods
+)  # at lower rates, the delay has as many sample periods as at this rate
 _HIGHEST_DECIMATION, _BISECTIONS = 4.0, 40
 
 
@@ -192,7 +192,7 @@ def _design(code: int, column: int, odr_hz: float) -> _Design:
 
 
 def _low_pass(cutoff_hz: float, odr_hz: float, decimation: float) -> tuple[Section, ...]:
-    """Return a low-pass that, with the filter before decimation, has an overall cut-off of ``cutoff_hz``."""
+    """Return a low-pass that, together with the filter before decimation, has an overall cut-off of ``cutoff_hz``."""
     if cutoff_hz >= odr_hz / 2:
         return ()
     conversions = conversions_per_sample(odr_hz)

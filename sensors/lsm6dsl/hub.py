@@ -153,7 +153,7 @@ _BYTES_PER_SLAVE = 3  # address, sub-address, configuration
 
 @dataclass(frozen=True)
 class Slave:
-    """One slave that the hub reads or writes. ``place``: index of its first byte in the outputs."""
+    """One slave that the hub reads or writes. ``place``: index of the slave's first byte in the outputs."""
 
     number: int
     address: int
@@ -169,7 +169,7 @@ class Plan:
 
     slaves: tuple[Slave, ...]
     length: int  # requested bytes of output
-    data: int  # the byte written to slave 0, or the register that it tests
+    data: int  # the byte written to slave 0, or the register of slave 0 that is tested
     write_once: bool
     tested: bool  # Src_mode: slave 0 is read only if its register ``data`` is not zero
 
@@ -297,7 +297,7 @@ def _set_up_by(bank: RegisterMap) -> list[type[Register]]:
 
 
 class SensorHub:
-    """Master of the auxiliary bus; ``pass_through``: the host's I2C is connected to it."""
+    """Master of the auxiliary bus; ``pass_through``: the host's I2C is connected to this bus."""
 
     CONFIGURATION: tuple[type[Register], ...] = (
         CTRL1_XL,

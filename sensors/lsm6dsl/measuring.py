@@ -1,7 +1,7 @@
 """Plain measuring: both sensors and the thermometer (AN5040 9), and the supply current.
 
-Approximation (datasheet Tables 3 and 4): outside high performance both sensors together take the sum of their currents,
-at most 650 uA. A sleeping gyroscope takes the current of its slowest mode.
+Approximation (datasheet Tables 3 and 4): outside high performance both sensors together need the sum of their currents,
+at most 650 uA. A sleeping gyroscope needs the current of its slowest mode.
 """
 
 from __future__ import annotations
@@ -130,7 +130,7 @@ class Measuring:
             stream.invalidate()
 
     def _start(self, stream: SampleStream, rate: Fraction, now_ps: int) -> None:
-        """Start a stream, in phase with the other if possible (AN5040 3)."""
+        """Start a stream, in phase with the other stream if possible (AN5040 3)."""
         xl, g, _ = self.streams
         if stream is g:
             now_ps += self._gyroscope.drive_start_ps(now_ps)

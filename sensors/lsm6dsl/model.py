@@ -1,6 +1,6 @@
 """The LSM6DSL's behaviour behind its registers.
 
-Decisions where the documents are silent: SW_RESET takes effect at once and its bit reads 1 for 50 us; reading
+Decisions where the documents are silent: SW_RESET takes effect immediately and its bit reads 1 for 50 us; reading
 OUT_TEMP_H clears the temperature's data-ready flag; reserved ODR codes measure nothing; a new configuration applies
 from the next sample on.
 """
@@ -54,9 +54,9 @@ _FIFO_BURST = {FIFO_DATA_OUT.addr + 1: FIFO_DATA_OUT.addr}  # after FIFO_DATA_OU
 
 
 class Features:
-    """All functions beyond plain measuring, called in one order.
+    """All functions beyond plain measuring, called in a fixed order.
 
-    Activity recognition calls ``rate_changed(at_ps)``, data enable ``stream_changed()``.
+    Activity recognition calls ``rate_changed(at_ps)``; data enable calls ``stream_changed()``.
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class Features:
         return {register for feature in self._all for register in feature.CONFIGURATION}
 
     def configure(self, now_ps: int, because_of: type[Register] | None = None) -> None:
-        """Let all features, or those that ``because_of`` configures, decode registers."""
+        """Let all features, or only the features that ``because_of`` configures, decode registers."""
         for feature in self._all:
             if because_of is None or because_of in feature.CONFIGURATION:
                 feature.configure(now_ps)
@@ -210,7 +210,7 @@ class LSM6DSL(Sensor):
         self._features.hub.bus.attach(address, device)
 
     def sample_range(self, channel: str) -> tuple[float, float, float]:
-        """Return lowest value, highest value and LSB of a channel as configured, in its unit.
+        """Return lowest value, highest value and LSB of a channel as configured, in the channel's unit.
 
         ``channel``: ``acceleration_g``, ``angular_rate_dps`` or ``temperature_degc``; else KeyError.
         """
@@ -233,7 +233,7 @@ class LSM6DSL(Sensor):
         main.on_write(CTRL3_C, self._write_ctrl3)
         offsets = X_OFS_USR, Y_OFS_USR, Z_OFS_USR
         measuring = {*accelerometer.CONFIGURATION, *gyroscope.CONFIGURATION, *offsets}
-        for register in (measuring | self._features.configuration()) - {CTRL3_C}:  # this one has another hook
+        for register in (measuring | self._features.configuration()) - {CTRL3_C}:  # CTRL3_C has another hook
             main.on_write(register, self._configure)
         for bank in self.files():
             bank.on_write(FUNC_CFG_ACCESS, self._select_bank)

@@ -101,7 +101,7 @@ def int2_is_input(mem: bytearray) -> bool:
 
 
 class Routing:
-    """Driver of both pins; ``active`` while a signal is routed to one."""
+    """Driver of both pins; ``active`` while a signal is routed to a pin."""
 
     CONFIGURATION: tuple[type[Register], ...] = (
         CTRL3_C,
@@ -201,7 +201,7 @@ class _SensorSignal:
 
 
 class DataReadySignals:
-    """Data-ready signals; ``active`` while one is routed."""
+    """Data-ready signals; ``active`` while any of these signals is routed."""
 
     CONFIGURATION: tuple[type[Register], ...] = (
         CTRL1_XL,

@@ -134,7 +134,7 @@ def top(module: str) -> str:
 
 
 def eager_ours(module: str) -> set[str]:
-    """Return the modules of the project, with their packages, that an import of ``module`` imports at once."""
+    """Return the modules of the project, with their packages, that an import of ``module`` imports immediately."""
     found = {entry.module for entry in imports(MODULES[module]) if entry.eager and entry.module in MODULES}
     parents = {parent for one in (*found, module) for parent in packages_of(one)}
     return (found | parents) - {module}
@@ -197,7 +197,7 @@ def test_packages_import_one_another_in_one_direction() -> None:
 
 
 def test_imports_have_no_cycles() -> None:
-    """Imports inside functions and for type checkers count like all others.
+    """Imports inside functions and for type checkers count like all other imports.
 
     An import of a module in another package also loads the ``__init__`` of that package.
     """
@@ -233,7 +233,7 @@ def package_or_module(module: str) -> str:
 
 
 def test_packages_import_only_lower_packages() -> None:
-    """The list has the order of the packages: each may import those before it.
+    """The list has the order of the packages: each package may import earlier packages.
 
     Imports in functions and for types count.
     """

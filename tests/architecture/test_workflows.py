@@ -22,7 +22,7 @@ FORMS = sorted(path for path in (GITHUB / "ISSUE_TEMPLATE").iterdir() if path.st
 TRIGGERS = {"push", "pull_request", "workflow_dispatch"}
 """Permitted triggers.
 
-``pull_request_target`` and ``workflow_run`` are not, because they run with the repository's rights.
+``pull_request_target`` and ``workflow_run`` are not permitted, because they run with the repository's rights.
 """
 PERMISSIONS = {
     "pypa/gh-action-pypi-publish": {"id-token": "write"},

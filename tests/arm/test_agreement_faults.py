@@ -35,8 +35,8 @@ def test_both_firmwares_keep_old_values_during_bus_fault(
 ) -> None:
     """The drivers return an error, and the callback continues with the next sensor, 800 times a second.
 
-    The fault may begin or end within a callback of one firmware and between two callbacks of the other. So the number
-    of failures may differ by one for each.
+    The fault may begin or end within a callback of one firmware and between two callbacks of the other firmware. So
+    the number of failures may differ by one for each kind of failure.
     """
     scenario = write(tmp_path, IDEAL + fault)
     board, in_c = ran("solution", scenario, 1.3)

@@ -36,7 +36,7 @@ def board() -> Board:
 
 
 def plain(read: Any) -> Any:
-    """Return structures and arrays as tuples, with nested ones flattened."""
+    """Return structures and arrays as tuples; nested structures and arrays are flattened."""
     if isinstance(read, SimpleNamespace):
         read = tuple(vars(read).values())
     if not isinstance(read, tuple):

@@ -279,7 +279,7 @@ def test_hard_fault_handler_may_skip_instruction() -> None:
 
 
 def test_hard_fault_handler_without_repair_is_entered_again() -> None:
-    """B1.5.6: the return address is that of the faulting instruction, so the core executes it again."""
+    """B1.5.6: the return address is the faulting instruction's address, so the core executes it again."""
     core = CoreBench("reset: log 1\n udf #0\n log 2\n b .\nhard_fault: log 3\n bx lr\n")
     core.run_us(200)
 

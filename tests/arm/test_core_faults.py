@@ -59,7 +59,7 @@ def run(body: str, before: str = "") -> CoreBench:
 
 @pytest.mark.parametrize("name", TRAPS)
 def test_fault_enters_its_handler_and_sets_status(name: str) -> None:
-    """B1.5.14, table B1-7. The return address is that of the faulting instruction (B1.5.6)."""
+    """B1.5.14, table B1-7. The return address is the faulting instruction's address (B1.5.6)."""
     body, exception, status = TRAPS[name]
     core = run(body if "fault:" in body else f"fault: {body}", ALL_ENABLED)
 

@@ -107,7 +107,7 @@ irq2:  log 30
 
 
 def test_faultmask_is_cleared_by_leaving_handler() -> None:
-    """B1.4.3: cleared on return from every exception except NMI. The masked interrupt then follows."""
+    """B1.4.3: FAULTMASK is cleared on return from every exception except NMI. The masked interrupt then follows."""
     core = CoreBench(
         f"""
 reset: {interrupts({0: 0x40, 2: 0x10})} {store("ISPR", 1)} mrs r2, faultmask
@@ -244,7 +244,7 @@ def test_pulse_during_handler_causes_second_interrupt() -> None:
 
 
 def test_active_line_sets_cleared_pending_bit_again() -> None:
-    """PM0214 4.3.9: the interrupt of an active line is pending again at once. A pulse is lost."""
+    """PM0214 4.3.9: the interrupt of an active line is pending again immediately. A pulse is lost."""
     program = f"""
 reset: {interrupts({2: 0x20})} cpsid i
        nop

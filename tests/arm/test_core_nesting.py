@@ -72,7 +72,7 @@ class Oracle:
         return any(self.group(self.priorities[number]) < self.level() for number in self.pending)
 
     def enter(self, cycles: int) -> None:
-        """Enter an exception. The choice is made at the end of the entry, because a more urgent one may arrive late."""
+        """Enter an exception. The choice is made at the end of the entry: a more urgent exception may arrive late."""
         self.pass_time(cycles)
         number = min(self.pending, key=lambda number: (self.priorities[number], number))
         self.pending.discard(number)

@@ -163,7 +163,7 @@ def test_branch_ending_it_block_takes_one_cycle(condition: str, ends_us: Iterabl
 
 @pytest.mark.parametrize("fails", [0, 1])
 def test_conditional_loop_takes_constant_time(fails: int) -> None:
-    """It takes as long as a loop of instructions without conditions: 20 times six, and the start."""
+    """The loop takes as long as a loop without conditional instructions: 20 times six, and the start."""
     core = CoreBench(
         f"""
 reset: movs r0, #20

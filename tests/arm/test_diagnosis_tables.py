@@ -86,7 +86,7 @@ def test_system_exceptions_and_reserved_interrupts_are_named() -> None:
 def test_diagnosis_of_wrong_address_shows_intended_sensor(
     given: str, on_the_wire: int, meant: list[str], words: Words
 ) -> None:
-    """Addresses: LSM6DSL datasheet T10, LIS2MDL 5.1.1, LPS22HB 7.2.1. The HAL takes them with 8 bits."""
+    """Addresses: LSM6DSL datasheet T10, LIS2MDL 5.1.1, LPS22HB 7.2.1. The HAL uses addresses with 8 bits."""
     signals = Board().signals
     cause = nobody(signals, signals.i2c["I2C2"], on_the_wire)
 

@@ -1,4 +1,4 @@
-"""The arithmetic of the C firmware, compiled for this computer, equals that of the Python model in every bit.
+"""The arithmetic of the C firmware, compiled for this computer, equals the arithmetic of the Python model in every bit.
 
 The lab's arithmetic has single-precision scaling, integer pressure and temperature, and float32 stores of doubles.
 """

@@ -1,6 +1,6 @@
-"""A real gdb in batch mode, connected to the board, tests the protocol from the other side.
+"""A real gdb in batch mode, connected to the board, tests the protocol from the debugger's side.
 
-The transcript is that of docs/debugging.md. Addresses, line numbers and times are not compared, because they change
+The transcript is from docs/debugging.md. Addresses, line numbers and times are not compared, because they change
 with the compiler and with each change of the C sources.
 """
 

@@ -39,7 +39,7 @@ class Bench:
         return self.clients[-1]
 
     def connect(self) -> Client:
-        """Connect as GDB does, which first asks for the supported features."""
+        """Connect as GDB does: GDB first asks for the supported features."""
         client = self.call()
         client.ask(b"qSupported")
         return client
@@ -251,7 +251,7 @@ def test_python_firmware_cannot_be_debugged() -> None:
 
 
 def test_run_under_debugger_is_unchanged() -> None:
-    """The run is the same without a debugger, with one that only continues, and with stops at every callback."""
+    """The run is the same without a debugger, with a debugger that only continues, and with stops at every callback."""
     end_ps = 1_080 * PS_PER_MS
 
     def outcome(stops: bool | None) -> tuple[bytes, int, int]:

@@ -67,7 +67,7 @@ Action: TypeAlias = tuple[str, int, int, int]
 
 
 class Live:
-    """A device that gives its bytes only when each is requested."""
+    """A device that returns each byte only when the byte is requested."""
 
     def __init__(self, target: I2CTarget) -> None:
         self._target = target
@@ -115,7 +115,7 @@ class Board:
         return self._again(address, register, count)
 
     def _again(self, address: int, _: int, count: int) -> bytes:
-        """Read on from the end of the last read."""
+        """Continue reading after the end of the previous read."""
         return self.hal.receive_interrupt(address, count)
 
     def _dma(self, address: int, register: int, count: int) -> bytes:
@@ -158,7 +158,7 @@ class Board:
         hal._set(CR1, 1)
 
     def _restart(self, address: int, register: int, other: int) -> bytes:
-        """Read one byte of one device, then with a repeated start one byte of another."""
+        """Read one byte of one device, then with a repeated start one byte of another device."""
         bench, hal, data = self.bench, self.hal, b""
         hal.wait_idle()
         hal._set(CR1, ACK)

@@ -513,7 +513,7 @@ def test_polled_firmware_needs_no_event() -> None:
 
 
 def test_polling_frequency_does_not_change_events() -> None:
-    """A skipped poll must have no effect: one read at the end gives the same as a thousand reads."""
+    """A skipped poll must have no effect: one read at the end gives the same result as a thousand reads."""
 
     def run(look: Callable[[CommBench], None]) -> tuple[int, int]:
         bench, hal, _ = bench_with_memory()

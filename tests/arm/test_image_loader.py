@@ -60,7 +60,7 @@ def test_loader_error_shows_file() -> None:
 
 @pytest.mark.parametrize("stack", [0, RAM, RAM_END + 4, 0x2001_8000, 0xFFFF_FFFF, FLASH])
 def test_stack_outside_ram_is_refused(stack: int) -> None:
-    """PM0214 2.3.4: word 0 is the stack pointer. 0x20018000 is that of the STM32F401RE with 96 KB."""
+    """PM0214 2.3.4: word 0 is the stack pointer. 0x20018000 is the stack pointer of the STM32F401RE with 96 KB."""
     error = refusal(code(stack=stack))
 
     assert error.kind == "stack_pointer"

@@ -46,7 +46,7 @@ class Outcome:
 
 
 class Program:
-    """Random code in flash and in RAM, and a device; ``seed`` determines all of it."""
+    """Random code in flash and in RAM, and a device; ``seed`` determines everything."""
 
     def __init__(self, seed: int) -> None:
         random = Random(seed)

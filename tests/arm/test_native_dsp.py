@@ -104,5 +104,5 @@ def test_parallel_results_equal_unicorn(pair: EnginePair, form: Form) -> None:
     ids=str,
 )
 def test_flags_of_parallel_arithmetic_equal_unicorn(pair: EnginePair, form: Form) -> None:
-    """These instructions set APSR.GE, except those that saturate or halve. MSR also sets it (A2.3.2)."""
+    """These instructions set APSR.GE, except instructions that saturate or halve. MSR also sets it (A2.3.2)."""
     pair.check(form, any_values, longest_block=0)

@@ -11,7 +11,7 @@ from fcu_emulator.emulator.chip.memory_map import RAM
 from tests.support.arm.engine_pair import CODE, GENERAL, EnginePair, Fields, Form, Values, any_values
 
 ACTIVE = 0xC
-"""CONTROL.FPCA, and a bit that Unicorn sets with it for a context that has used floating point."""
+"""CONTROL.FPCA, and a bit that Unicorn sets together with FPCA for a context that has used floating point."""
 RMODE = 3 << 22
 WRITABLE = 0xF7C0_009F
 """Writable bits of FPSCR (A2.5.3): N, Z, C, V; AHP, DN, FZ, RMode; cumulative exceptions."""

@@ -1,7 +1,7 @@
 """Python and C declare the same functions, callbacks, structures and numbers.
 
 The compiler checks this: each rule becomes a ``_Static_assert`` after the C headers. A structure in Python names its
-C struct in the first line of its docstring, so that a new one is covered without an entry here.
+C struct in the first line of its docstring, so that a new structure is covered without an entry here.
 """
 
 from __future__ import annotations

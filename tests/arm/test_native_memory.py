@@ -138,7 +138,7 @@ def in_ram(random: Random, fields: Fields) -> Values:
 
 
 def words_in_ram(random: Random, fields: Fields) -> Values:
-    """Return aligned addresses. An unaligned access to several registers faults (A3.2.1), which Unicorn does not do."""
+    """Return aligned addresses. An unaligned access to several registers faults (A3.2.1), but not on Unicorn."""
     return at(random, fields, lambda: RAM + 0x1800 + 4 * random.randrange(0x3400))
 
 
@@ -180,7 +180,7 @@ def from_table(random: Random, fields: Fields) -> Values:
 
 
 def aligned(random: Random, fields: Fields) -> Values:
-    """Return registers with R1 near the values of the others."""
+    """Return registers with R1 near the values of the other registers."""
     return {**at(random, fields, lambda: RAM + 0x1800 + 4 * random.randrange(4)), "r0": 0}
 
 
@@ -255,7 +255,7 @@ def test_table_branches_equal_unicorn(pair: EnginePair, form: Form) -> None:
 
 
 BETWEEN = {"": 0, "10111111 00000000": 1, "11110011 10111111 10001111 00101111": 1, "0101 0x0 000 zzz 010": 1}
-"""Between the two: no instruction, NOP, CLREX, STR or STRB to the same or another address."""
+"""Between load and store: no instruction, NOP, CLREX, STR or STRB to the same or another address."""
 
 
 EXCLUSIVES = pytest.mark.parametrize(

@@ -186,7 +186,7 @@ def test_system_reset_returns_to_hsi() -> None:
 
 
 def test_backup_domain_is_protected_and_survives_reset(words: Words) -> None:
-    """RM0368 5.1.2: PWR_CR.DBP opens it; 6.3.20."""
+    """RM0368 5.1.2: PWR_CR.DBP ends the protection; 6.3.20."""
     board = Board()
     board.rcc.write(BDCR, 1)
     assert board.rcc.read(BDCR) == 0

@@ -91,7 +91,7 @@ def test_wiring_follows_firmware_symbols() -> None:
 
 @pytest.mark.parametrize("bus", ["I2C2", "SPI2"])
 def test_firmware_with_both_handles_gets_wiring_it_uses(tmp_path: Path, bus: str) -> None:
-    """The test replaces a name in the symbol table by that of the other handle, which has the same length."""
+    """The test replaces a name in the symbol table by the other handle's name, which has the same length."""
     other = b"\0hi2c2\0" if bus == "SPI2" else b"\0hspi2\0"
     (tmp_path / "both.elf").write_bytes(prebuilt("solution", bus).read_bytes().replace(b"\0pitch\0", other))
     board = Board(firmware=tmp_path / "both.elf")

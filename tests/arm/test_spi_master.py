@@ -109,7 +109,7 @@ def test_sensor_identities_are_read() -> None:
 def test_three_wire_bytes_equal_those_of_sensor(
     where: tuple[tuple[str, int], int], data: bytes, count: int, delays: list[int]
 ) -> None:
-    """The oracle gives the same messages to :class:`SpiTarget` as a whole."""
+    """The oracle sends each message as a whole to :class:`SpiTarget`."""
     pin, register = where
     spi = three_wire(CommBench(delays))
     spi.write(pin, register, *data)

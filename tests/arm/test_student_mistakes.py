@@ -100,7 +100,7 @@ def test_shipped_and_vendor_programs_get_no_explanation(name: str, scenario: str
 @pytest.mark.parametrize("done", [3, 4, 5] if ALL else [3])
 @pytest.mark.parametrize("run", ["heading", "sensors", "stairs", "steep_x", "steep_y", "tilt"])
 def test_completed_exercises_have_no_wrong_numbers(run: str, done: int, folder: Path) -> None:
-    """The motions are those of the rubric, so that the lines of a block are printed at different attitudes."""
+    """The motions are the rubric's motions, so that the lines of a block are printed at different attitudes."""
     scenario = load_rubric("lab3").scenario(run, 0)
     board = Board(str(staged(done, folder)), scenario=scenario, seed=0)
     recorder = TruthRecorder(board)

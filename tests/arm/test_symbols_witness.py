@@ -60,7 +60,7 @@ def test_every_row_of_every_line_program_is_found() -> None:
 
 
 def _rows() -> list[tuple[int, tuple[str, int]]]:
-    """Return (address, (file, line)) from pyelftools. Of several rows at one address, the last is valid."""
+    """Return (address, (file, line)) from pyelftools. Of several rows at one address, the last row is valid."""
     rows: dict[int, tuple[str, int]] = {}
     dwarf = elf_file().get_dwarf_info()
     for compilation in dwarf.iter_CUs():

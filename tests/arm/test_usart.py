@@ -116,7 +116,7 @@ def test_transmission_of_two_bytes_sets_flags_in_order() -> None:
 
 
 def test_tc_is_cleared_by_writing_zero_to_it() -> None:
-    """19.6.1. HAL_UART_Transmit_DMA clears it in this way before it sets DMAT."""
+    """19.6.1. HAL_UART_Transmit_DMA clears TC in this way before it sets DMAT."""
     bench = started()
     bench.write(bench.usart1, SR, ~TC)
     assert bench.read(bench.usart1, SR) & (TXE | TC) == TXE

@@ -101,7 +101,7 @@ def test_change_of_clocks_calls_few_python_functions(name: str, tmp_path: Path) 
 
 
 def test_trace_contains_latest_edges_in_order(tmp_path: Path) -> None:
-    """The latest edges are kept in order; the others are only counted."""
+    """The latest edges are kept in order; earlier edges are only counted."""
     board = board_with(PROGRAMS["GPIO: one output toggles by ODR"], tmp_path)
 
     board.run_for(0.02)

@@ -24,7 +24,7 @@ from tests.bench.row import Row
 
 
 def say(line: str) -> None:
-    """Print a line of the table at once."""
+    """Print a line of the table immediately."""
     sys.stdout.write(f"{line}\n")
     sys.stdout.flush()
 

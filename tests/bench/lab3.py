@@ -38,7 +38,7 @@ def speed(*, ideal: bool) -> float:
 
 
 def traced() -> float:
-    """Return the same with every event written to a file."""
+    """Return virtual over CPU time if every event is written to a file."""
     seconds = 10
 
     def once() -> float:

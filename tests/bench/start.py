@@ -59,7 +59,7 @@ def command(expected: str, *arguments: str, times: int = TIMES) -> float:
 
 
 def check() -> float:
-    """Return the CPU seconds of the lab's whole rubric for the solution, 119 s of virtual time; of one run."""
+    """Return the CPU seconds of the lab's whole rubric for the solution, 119 s of virtual time; measured one time."""
     return command("LAB3: pitch, roll, yaw", "check", "solution", times=1)
 
 

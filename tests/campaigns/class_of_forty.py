@@ -1,9 +1,9 @@
 """An artificial class, which is graded like a real class: from the submitted files to the table of points.
 
-It has the programs of :mod:`tests.support.arm.graded_programs` (the exercises one after the other, correct variants,
-typical mistakes, constants), and other submissions: hostile programs and archives, no program, two programs.
+The class has the programs of :mod:`tests.support.arm.graded_programs` (the exercises one after the other, correct
+variants, typical mistakes, constants), and other submissions: hostile programs and archives, no program, two programs.
 
-``python -m tests.campaigns.class_of_forty OUT [NAME ...]`` grades all of them, or the named ones, into the folder
+``python -m tests.campaigns.class_of_forty OUT [NAME ...]`` grades all programs, or the named programs, into the folder
 OUT, prints the table, and lists the students with unexpected points.
 """
 
@@ -93,7 +93,7 @@ def grade(folder: Path, out: Path, rubric: str = "lab3") -> GradedClass:
 
 
 def wrong(one: Graded, loses: Mapping[str, tuple[str, ...]]) -> str:
-    """Return the difference of a grade from the expected one, or ""."""
+    """Return the difference of a grade from the expected grade, or ""."""
     name = one.id
     if name in REJECTED:
         fits = one.status == "rejected" and one.points is None and REJECTED[name] in one.reason
@@ -111,7 +111,7 @@ def lost(one: Graded) -> tuple[str, ...]:
 
 
 def table(whole: GradedClass, loses: Mapping[str, tuple[str, ...]]) -> Iterator[str]:
-    """Yield a line for each program, and another line for each with unexpected points."""
+    """Yield a line for each program, and another line for each program with unexpected points."""
     for one in whole.submissions:
         points = "-" if one.points is None else f"{one.points:g}"
         yield f"{one.id:<36} {points:>5}  {one.reason or ' '.join(lost(one))}"

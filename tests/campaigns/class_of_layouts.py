@@ -1,7 +1,7 @@
-"""A class of forty in all layouts in which classes are delivered: each is graded, and no file may be lost.
+"""A class of forty in all layouts in which classes are delivered: each layout is graded, and no file may be lost.
 
 The forty students have correct programs, mistakes, the template, two copies, a late submission, and files that are
-not programs. There are also unrelated files, a student who is not on the roster, and one without a submission.
+not programs. There are also unrelated files, a student who is not on the roster, and a student without a submission.
 
 ``python -m tests.campaigns.class_of_layouts OUT [RUBRIC]`` grades them in every layout into OUT/LAYOUT, and reports
 missing files; this takes about ten minutes with the lab's rubric.

@@ -6,7 +6,7 @@
     python -m tests.campaigns.heavy_bench RCC        # programs whose name matches
 
 Each row has CPU seconds for a virtual second; executed (not skipped) instructions, accesses and work, in millions
-for a virtual second; and nanoseconds for a unit of work. The limit on work relies on this last figure. If it is
+for a virtual second; and nanoseconds for a unit of work. The limit on work relies on this figure. If the figure is
 much higher than in other rows, the weight of the work is too small (work.h).
 """
 

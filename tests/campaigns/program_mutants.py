@@ -152,7 +152,7 @@ class Judged(NamedTuple):
 
 
 SAID: Final = frozenset({"", "missing", "wrong value", "stopped", "prerequisite"})
-"""Findings that only tell a difference. Others name a mistake, such as "never lit" or "wrong format"."""
+"""Findings that only tell a difference. Other findings name a mistake, such as "never lit" or "wrong format"."""
 
 
 def judged(changes: tuple[Mutant, ...], level: str, folder: Path) -> Judged | None:

@@ -46,7 +46,7 @@ class Sample:
 
 
 class Counting(MemoryLink):
-    """A link whose reader takes all bytes at once, without storing them."""
+    """A link whose reader accepts all bytes immediately, without storing them."""
 
     taken = 0
 
@@ -95,7 +95,7 @@ def descriptors() -> int:
 
 
 def show(sample: Sample) -> None:
-    """Print a row at once."""
+    """Print a row immediately."""
     minutes = round(sample.virtual_s / 60)
     sys.stdout.write(
         f"| {minutes // 60}:{minutes % 60:02d} | {sample.memory_mib:.1f} | {sample.descriptors} "

@@ -1,7 +1,7 @@
 """Noise of every sensor after its filters: strength, correlation, and independence of the times of reads.
 
-Density and RMS are those of the datasheets (Table 3 of each: LSM6DSL DocID028475 Rev 7, LIS2MDL DocID030621 Rev 3,
-LPS22HB DocID027083 Rev 6), bandwidths those of AN5040 (Tables 10 and 19) and of the registers. The equivalent noise
+Density and RMS come from the datasheets (Table 3 of each: LSM6DSL DocID028475 Rev 7, LIS2MDL DocID030621 Rev 3,
+LPS22HB DocID027083 Rev 6), bandwidths come from AN5040 (Tables 10 and 19) and the registers. The equivalent noise
 bandwidth of a second-order Butterworth low-pass is pi / (2 sqrt 2) = 1.11 times its cut-off.
 """
 

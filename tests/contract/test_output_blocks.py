@@ -166,7 +166,7 @@ class Lis2mdlTemperatureMachine(WordsMachine):
 
 
 class MagnetometerMachine(WordsMachine):
-    """The LIS2MDL has a flag and an overrun flag for each axis, and one more of each for all axes."""
+    """The LIS2MDL has a flag and an overrun flag for each axis, and a common flag of each kind for all axes."""
 
     channel = MAGNETOMETER
     bdu_register = (0x62, 0x00, 0x10, 0x08)

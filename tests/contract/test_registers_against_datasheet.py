@@ -1,8 +1,8 @@
 """The declared registers agree with a second, independent transcription of the three datasheets.
 
 The tables in ``tests/fixtures/registers`` were written by another person from the datasheets (LSM6DSL DocID028475 Rev
-7, LIS2MDL DocID030621 Rev 3, LPS22HB DocID027083 Rev 6), row by row with the source. Only this test reads them. So an
-address is wrong without a failure only if both transcriptions have the same error.
+7, LIS2MDL DocID030621 Rev 3, LPS22HB DocID027083 Rev 6), row by row with the source. Only this test reads the tables.
+So an address is wrong without a failure only if both transcriptions have the same error.
 """
 
 from __future__ import annotations
@@ -220,7 +220,7 @@ def test_lab_setup_changes_only_modelled_bits(part: str, address: int, value: in
 
 @pytest.mark.parametrize("bank", [("lsm6dsl", "main"), ("lsm6dsl", "A"), ("lsm6dsl", "B")], ids="-".join)
 def test_every_lsm6dsl_bank_can_be_left_again(bank: tuple[str, str]) -> None:
-    """LSM6DSL datasheet T22: 0x01 takes 0x00 main, 0x80 bank A, 0xA0 bank B, whichever is open."""
+    """LSM6DSL datasheet T22: 0x01 accepts 0x00 main, 0x80 bank A, 0xA0 bank B, whichever bank is open."""
     selected = {"main": 0x00, "A": 0x80, "B": 0xA0}
 
     assert MAPS[bank].name(0x01) == "FUNC_CFG_ACCESS"

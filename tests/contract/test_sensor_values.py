@@ -225,7 +225,7 @@ def word(channel: Channel, axis: int) -> range:
 def test_bdu_keeps_both_bytes_from_one_sample(
     channel: Channel, status_looked_at: bool, data: st.DataObject
 ) -> None:
-    """AN5040 4.4, AN5069 6.4, LPS22HB datasheet 9.5. Afterwards the word shows the latest sample at once."""
+    """AN5040 4.4, AN5069 6.4, LPS22HB datasheet 9.5. Afterwards the word shows the latest sample immediately."""
     chip = started(channel, channel.scales[0][0] + (channel.bdu or ()))
     addresses = word(channel, data.draw(st.integers(0, channel.axes - 1)))
     samples = data.draw(st.integers(1, 40))

@@ -1,4 +1,4 @@
-"""Untrusted archives: valid archives are unpacked, others are refused with a reason."""
+"""Untrusted archives: valid archives are unpacked, invalid archives are refused with a reason."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def test_zip_bomb_is_refused_for_ratio_and_size(tmp_path: Path) -> None:
 
 
 def test_declared_size_is_not_trusted(tmp_path: Path) -> None:
-    """The directory states a small size, but the archive unpacks to a large one."""
+    """The directory states a small size, but the archive unpacks to a large size."""
     file = archive(tmp_path / "a.zip", bomb=bytes(2 << 20))
     data = bytearray(file.read_bytes())
     at = data.rindex(b"PK\x01\x02")

@@ -39,7 +39,7 @@ posix = pytest.mark.skipif(sys.platform == "win32", reason="source is built on L
 
 @pytest.fixture
 def submissions(tmp_path: Path) -> Path:
-    """Return one submission that has been judged before, and one that is source."""
+    """Return a class folder with one submission, the built solution."""
     folder = tmp_path / "submissions"
     (folder / "ada").mkdir(parents=True)
     shutil.copyfile(prebuilt("solution"), folder / "ada" / "lab3.elf")
@@ -355,7 +355,7 @@ DRAWN = (
 @posix
 @needs_compiler
 def test_recorded_text_gets_no_points_in_another_run(tmp_path: Path) -> None:
-    """The student prints the numbers of an earlier report, which are correct for that seed but wrong for the graded one."""
+    """The student prints the numbers of an earlier report, which are correct for that seed but not the graded seed."""
     rubric = tmp_path / "drawn.toml"
     rubric.write_text(DRAWN, encoding="utf-8")
     folder = tmp_path / "submissions"

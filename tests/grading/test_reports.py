@@ -218,7 +218,7 @@ def test_spreadsheet_cells_are_not_formulas(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["a;=1+1", 'a; "=1+1', "a;\u00a0@SUM(A1)", 'a;""+1', "a;;-1;=2"])
 def test_semicolon_spreadsheet_cells_are_not_formulas(name: str) -> None:
-    """A spreadsheet uses the separator of the system, in half of Europe a semicolon, and not that of the file."""
+    """A spreadsheet uses the separator of the system, in half of Europe a semicolon, and not the file's separator."""
     text = grades_csv(whole(graded("7", name=name)))
 
     for cell in text.replace('"', "").split(";"):

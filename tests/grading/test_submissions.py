@@ -1,4 +1,4 @@
-"""Assignment of submissions to students, and selection of the program in each."""
+"""Assignment of submissions to students, and selection of the program in each submission."""
 
 from __future__ import annotations
 

@@ -102,7 +102,7 @@ def test_public_names_are_on_api_pages() -> None:
 
 
 def test_every_page_builds_without_warnings(tmp_path: Path) -> None:
-    """The command is that of CONTRIBUTING: python -m sphinx -W -b html docs build/docs"""
+    """The command is from CONTRIBUTING: python -m sphinx -W -b html docs build/docs"""
     pytest.importorskip("furo", reason="the documentation's tools are not installed: pip install '.[docs]'")
     pytest.importorskip("myst_parser", reason="the documentation's tools are not installed")
     command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html", "docs"]

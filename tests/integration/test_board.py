@@ -132,7 +132,7 @@ def test_print_in_callback_during_print_returns_busy() -> None:
 
 
 def test_hal_delay_waits_for_ticks_of_1_ms() -> None:
-    """HAL V1.6.0: the first, partial millisecond counts as a whole one."""
+    """HAL V1.6.0: the first, partial millisecond counts as a whole millisecond."""
     ends: list[int] = []
 
     def main(hal: VirtualHal) -> None:

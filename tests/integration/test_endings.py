@@ -232,7 +232,7 @@ def interrupted(*arguments, **options):
 sys.argv = ["fcu", *{command!r}]
 main()
 """
-"""A command that receives a signal before or after a call, and another one each time the cleanup repeats the call."""
+"""A command that receives a signal before or after a call, and a further signal each time the cleanup repeats it."""
 LINKS = "fcu_emulator.emulator.links."
 RUN = ("run", "lab3", "--speed", "1", "--serial", "pty", "--duration", "10ms")
 WEB = ("web", "--no-browser", "--duration", "10ms")

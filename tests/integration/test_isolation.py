@@ -127,9 +127,9 @@ def test_exhausted_memory_is_not_judged(program: str, words: Words) -> None:
 
 
 def test_worker_may_set_its_limits_again() -> None:
-    """A worker that does many tasks calls it for each.
+    """A worker that does many tasks sets its limits for each task.
 
-    The second call does not reduce the remaining limits of the first.
+    The second call does not reduce the remaining limits of the first call.
     """
     code = (
         "from fcu_emulator.emulator.host.isolation import WorkerLimits\n"

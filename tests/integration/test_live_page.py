@@ -376,7 +376,7 @@ def test_page_reconnects_to_restarted_server(browser: Browser) -> None:
 
 
 class Evil(Echo):
-    """Firmware that prints text which a page might take for its own."""
+    """Firmware that prints text that a page might mistake for its own HTML."""
 
     def main(self) -> None:
         while True:

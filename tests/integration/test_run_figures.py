@@ -1,4 +1,4 @@
-"""Figures in the summary of a run: those that the slides ask for, and only important notes."""
+"""Figures in the summary of a run: the figures that the slides ask for, and only important notes."""
 
 from __future__ import annotations
 

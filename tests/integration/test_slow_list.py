@@ -1,4 +1,4 @@
-"""The fast set of tests omits all slow tests, and the list of slow tests has only existing ones."""
+"""The fast set of tests omits all slow tests, and the list of slow tests has only existing tests."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ A_FILE = next(iter(listed())).partition("::")[0]
 
 
 def collected(marker: str) -> set[str]:
-    """Return the test functions of a file that has a slow one."""
+    """Return the test functions of a file that has a slow test."""
     command = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-n", "0", "-m", marker, A_FILE]
     done = subprocess.run(command, cwd=LIST.parents[1], capture_output=True, text=True, check=False)
     return {line.partition("[")[0] for line in done.stdout.splitlines() if "::" in line}

@@ -204,7 +204,7 @@ class Lps22hbFaces(FacesMachine):
     start = ((0x11, 0x10), (0x10, 0x50))
 
     def hold(self, held: set[int], byte: int) -> None:
-        """Hold the pressure from the read of its first byte to that of its high byte (datasheet 9.5)."""
+        """Hold the pressure from the read of its first byte to the read of its high byte (datasheet 9.5)."""
         held.add(byte)
         if byte == 2:
             held.clear()

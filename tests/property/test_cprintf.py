@@ -1,4 +1,4 @@
-"""The printf of the firmware model equals that of the C library, which is called through ctypes."""
+"""The printf of the firmware model equals the C library's printf, which is called through ctypes."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def posix_snprintf() -> Callable[[bytes, list[CValue]], bytes]:
 
 
 def windows_snprintf() -> Callable[[bytes, list[CValue]], bytes]:
-    """Return the C99 printf of the universal runtime; that of msvcrt is older, and ``snprintf`` is inline."""
+    """Return the C99 printf of the universal runtime; msvcrt's printf is older, and ``snprintf`` is inline."""
     library = ctypes.CDLL("ucrtbase")
     standard_behaviour = ctypes.c_uint64(2)  # _CRT_INTERNAL_PRINTF_STANDARD_SNPRINTF_BEHAVIOR
 

@@ -1,9 +1,9 @@
 """The whole LIS2MDL agrees with a slow and simple oracle that takes every sample at its time.
 
 The oracle has the rules (datasheet DocID030621 Rev 3; AN5069 Rev 2; otherwise the decisions at the top of the model's
-files) and computes with integer counts, one sample at a time, in plain Python. Two sensors are compared with it. One
-is evaluated only when the test reads it; the other is evaluated at every event, as on a board with a connected pin.
-All three must agree in every byte and every edge.
+files) and computes with integer counts, one sample at a time, in plain Python. Two sensors are compared with the
+oracle. The first is evaluated only when the test reads it; the second is evaluated at every event, as on a board with a
+connected pin. All three must agree in every byte and every edge.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ ALL_READY = 0x0F
 
 
 def field_counts(t_ps: int, axis: int) -> int:
-    """Return small counts in most cells, large ones in some, and sometimes counts beyond the range.
+    """Return small counts in most cells, large counts in some, and sometimes counts beyond the range.
 
     All are even, so that means are integers.
     """

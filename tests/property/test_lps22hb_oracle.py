@@ -1,7 +1,7 @@
 """The LPS22HB under any use, compared with a slow and simple oracle.
 
 The tests cover reference, interrupt, FIFO, pin, block data update, one-shot and reset. Two sensors receive the same
-accesses: one is evaluated only at accesses, the other is made to catch up all the time. Both must do the same as the
+accesses: the first is evaluated only at accesses, the second catches up all the time. Both must do the same as the
 oracle, with every edge of the pin at its time.
 """
 

@@ -1,4 +1,4 @@
-"""The FIFO agrees with an oracle that does everything at once and keeps every word in a list (AN5040 8)."""
+"""The FIFO agrees with an oracle that does everything immediately and keeps every word in a list (AN5040 8)."""
 
 from __future__ import annotations
 

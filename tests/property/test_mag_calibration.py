@@ -23,7 +23,7 @@ earth_samples = st.lists(st.tuples(earth_axis, earth_axis, earth_axis), min_size
 
 
 class Calibration:
-    """The slides' globals mag_min and mag_max. ``feed`` takes a sample and returns the calibrated one."""
+    """The slides' globals mag_min and mag_max. ``feed`` takes a sample and returns the calibrated sample."""
 
     def __init__(self) -> None:
         self.mag_min = AxesRaw_TypeDef(10000, 10000, 10000)

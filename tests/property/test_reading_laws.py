@@ -63,7 +63,7 @@ def test_sensor_samples_do_not_depend_on_reads(
     steps: list[tuple[float, Callable[[World], object] | dict[int, int] | None, bool]],
     ideal: bool,
 ) -> None:
-    """One board is read after each step, one sometimes, and one only at the end. The last reads are equal."""
+    """One board is read after each step, one board sometimes, and one board only at the end. Final reads are equal."""
     read, sometimes, _unread = boards = [Board(firmware=None, ideal=ideal) for _ in range(3)]
     for board in boards:
         put(board, registers)

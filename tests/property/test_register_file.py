@@ -32,7 +32,7 @@ class Layout:
 
 @st.composite
 def layouts(draw: st.DrawFn) -> Layout:
-    """Return a strategy for layouts, from an empty map to one without gaps."""
+    """Return a strategy for layouts, from an empty map to a map without gaps."""
     registers, address = [], 0
     while address < ADDRESSES:
         size = draw(st.integers(1, 6))

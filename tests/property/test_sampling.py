@@ -1,4 +1,4 @@
-"""A sample stream agrees with a slow and simple one: exact times, one value per sample, restarts and blocks."""
+"""A sample stream agrees with a slow and simple oracle: exact times, one value per sample, restarts and blocks."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def moments(start_ps: int, gaps: list[int]) -> list[int]:
 
 
 def due_ps(start_ps: int, rate_hz: Fraction, number: int) -> int:
-    """Return the time of sample ``number``: the first after one period, each next one a period later, rounded up."""
+    """Return the time of sample ``number``: the first after one period, each next sample a period later, rounded up."""
     return start_ps + math.ceil(PS_PER_S / rate_hz) + math.ceil(number * PS_PER_S / rate_hz)
 
 
@@ -98,7 +98,7 @@ def test_sample_numbers_continue_over_restarts(rate_hz: Fraction, runs_ps: list[
 def test_synchronised_streams_coincide_despite_reads(
     first_ps: int, second_ps: int, rate_hz: Fraction, ratio: int, faster: bool, gaps: list[int]
 ) -> None:
-    """As soon as both run, every sample of the slower stream comes with a sample of the faster one."""
+    """As soon as both run, every sample of the slower stream comes with a sample of the faster stream."""
     other_hz = rate_hz * ratio if faster else rate_hz / ratio
     first, second = SampleStream(16, tagged), SampleStream(16, tagged)
     first.start(first_ps, rate_hz)

@@ -1,7 +1,7 @@
 """The serial line agrees with a slow oracle that moves each byte separately.
 
 The oracle has two registers (RM0368 19.3.2): the sender may write the data register when it is empty, and the shift
-register takes a byte when it is free. The sender is interrupted during given intervals.
+register receives a byte when the shift register is free. The sender is interrupted during given intervals.
 """
 
 from __future__ import annotations

@@ -235,7 +235,7 @@ def test_ten_minutes_of_hand_motion_are_stored() -> None:
 
 
 def test_dropped_history_of_world_raises_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The older half is dropped when one quantity has changed too often. Its times raise errors, others stay exact."""
+    """The older half of the past is dropped after too many changes. Dropped times raise errors; later times are exact."""
     monkeypatch.setattr(truth, "HISTORY_CHANGES", 1000)
     clock = Clock()
     world = World(clock)

@@ -70,7 +70,7 @@ class Entry(NamedTuple):
 
 
 class DataPath(NamedTuple):
-    """Files in the order in which they were reached, with the first function. ``beyond``: those outside the package."""
+    """Files in the order in which they were reached, with the first function. ``beyond``: files outside the package."""
 
     name: str
     files: dict[str, str]
@@ -103,7 +103,7 @@ def entered(run: Callable[[], object]) -> list[Entry]:
 
 
 def _ours(file: str) -> str:
-    """Return the path below the root, or an empty one for files outside of the packages and scenarios."""
+    """Return the path below the root, or an empty path for files outside of the packages and scenarios."""
     for package in ("emulator", "sensors", "firmware_model", "scenarios"):
         if file.startswith(f"{ROOT / package}/"):
             return Path(file).relative_to(ROOT).as_posix()

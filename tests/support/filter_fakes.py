@@ -32,7 +32,7 @@ def measured(
 ) -> complex:
     """Return gain and phase of a sine on X, from ``count`` samples after the first ``skip``.
 
-    ``world``: the sine is that of the world, before the filters of the converter.
+    ``world``: the sine is a signal of the world, before the filters of the converter.
     """
     chip = Chip("LSM6DSL", agitated=world)
     amplitude = 25_000 * channel.scales[0][1]

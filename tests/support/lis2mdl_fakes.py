@@ -14,7 +14,7 @@ PERIOD_PS = 10 * PS_PER_MS
 
 
 def played(*samples: tuple[float, float, float]) -> Chip:
-    """Return a sensor whose first samples at 100 Hz are these counts; the last one stays."""
+    """Return a sensor whose first samples at 100 Hz are these counts; later samples repeat the last counts."""
     chip = Chip("LIS2MDL")
     rows = 1.5 * np.array(samples)
 

@@ -16,7 +16,7 @@ EITHER = DIFF_EN | PLE | PHE
 
 
 def measuring(*pressures_hpa: float) -> Chip:
-    """Return a sensor that measures these pressures at 10 Hz from t = 0; the last one stays."""
+    """Return a sensor that measures these pressures at 10 Hz from t = 0; the last pressure stays."""
 
     def signal(t_s: Array) -> Array:
         number = np.rint(t_s * 10).astype(int) - 1
@@ -48,7 +48,7 @@ def threshold(chip: Chip, hpa: float) -> None:
 
 
 class Wire:
-    """INT_DRDY as an interrupt controller sees it. As on a board, the sensor is evaluated when it asks for it."""
+    """INT_DRDY as an interrupt controller sees it. As on a board, the sensor is evaluated at ``next_event_ps``."""
 
     def __init__(self, chip: Chip) -> None:
         self.chip = chip

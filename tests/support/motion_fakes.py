@@ -1,6 +1,6 @@
 """An LSM6DSL that receives acceleration sample by sample, for tests of its event functions and pins.
 
-At 416 Hz and below the default filters do not change samples, so the given samples are those of the event functions.
+At 416 Hz and below the default filters do not change samples, so the event functions get the given samples.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ STILL: Sample = (0.0, 0.0, 0.0)
 
 
 def played(samples_mg: Sequence[Sample], rate_hz: Fraction | int = RATE_HZ) -> Signal:
-    """Return a signal with these samples in turn, whose last one stays. The first comes one period after time 0."""
+    """Return a signal with these samples in turn; the last sample stays. The first comes one period after time 0."""
     table = np.array(samples_mg) / 1000
 
     def signal(t_s: Array) -> Array:

@@ -1,8 +1,8 @@
 """Independent programs as references for the world: attitude filters, a magnet, the Earth's field.
 
-``python -m tests.support.reference_models`` prints the results of each program; if the package of one is not
-installed, it is named and omitted. The small packages are in the extra ``test``. magpylib is not, because it needs
-plotly: ``pip install magpylib``. ``tests/unit/test_reference_models.py`` asserts the figures.
+``python -m tests.support.reference_models`` prints the results of each program; if a program's package is not
+installed, the program is named and omitted. The small packages are in the extra ``test``. magpylib is not, because it
+needs plotly: ``pip install magpylib``. ``tests/unit/test_reference_models.py`` asserts the figures.
 """
 
 from __future__ import annotations

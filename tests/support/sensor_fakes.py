@@ -19,7 +19,7 @@ from fcu_emulator.sensors import LIS2MDL, LPS22HB, LSM6DSL, Sensor
 from tests.support.recipe import HTX221
 
 SENSORS: dict[str, type[Sensor]] = {**sensors.SENSORS, HTX221.NAME: HTX221}
-"""The sensors of the product, and the one of docs/recipes.md, for which all of this is also true."""
+"""The sensors of the product, and the sensor of docs/recipes.md, which has the same properties."""
 PS_PER_US, PS_PER_MS, PS_PER_S = 10**6, 10**9, 10**12
 
 Array: TypeAlias = NDArray[np.float64]

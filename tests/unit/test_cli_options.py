@@ -185,7 +185,7 @@ LINES: list[tuple[str, str, Any]] = [
 ELSEWHERE = {"--isolate", "--help"}
 """Tested in tests/integration/test_isolation.py: a worker runs the same command without the option."""
 _OF_A_PROCESS = {"web", "check"}
-"""Commands whose limits are those of a process, which belong to ``--isolate``."""
+"""Commands whose limits apply to a process; such limits belong to ``--isolate``."""
 
 
 @pytest.mark.parametrize(

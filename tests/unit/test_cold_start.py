@@ -127,7 +127,7 @@ def test_firmware_gets_hal_error_until_boot_ends() -> None:
 
 
 def test_cold_board_measures_as_usual_after_boot() -> None:
-    """After its boot, the LSM6DSL has the same samples as one that was powered long before."""
+    """After its boot, the LSM6DSL has the same samples as an LSM6DSL that was powered long before."""
     found = []
     for cold_start in (False, True):
         board = Board(seed=3, cold_start=cold_start)

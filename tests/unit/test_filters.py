@@ -203,7 +203,7 @@ def test_long_skip_does_not_compute_every_sample() -> None:
 @settings(max_examples=30)
 @given(st.integers(1, 9000), st.integers(1, 3000))
 def test_world_change_affects_later_filtered_samples_only(number: int, count: int) -> None:
-    """The world is not evaluated for earlier times, which it may have dropped."""
+    """The world is not evaluated for earlier times, which the world may have dropped."""
     world = World()
     changing = filtered(world, SETTLED)
     before = changing.block(0, number + 1)[:, :number].copy()

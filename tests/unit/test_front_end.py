@@ -142,7 +142,7 @@ def test_shortcut_for_slow_signal_is_nearly_exact(rate_hz: float) -> None:
 
 
 def test_signal_set_at_start_also_applies_earlier() -> None:
-    """The first attitude of a scenario is not a jump: the first sample equals all others."""
+    """The first attitude of a scenario is not a jump: the first sample equals all other samples."""
     world = World()
     world.set_attitude(0, -30, 0)
     part = LSM6DSL(world.sensed("acceleration_g", one_row=True), still(3), still(1))

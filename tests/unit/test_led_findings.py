@@ -67,7 +67,7 @@ def test_correct_led_has_no_finding() -> None:
 @pytest.mark.parametrize("age_ms", [0, PASS_MS])
 @pytest.mark.parametrize("first_ms", [0, 300, 700])
 def test_led_switched_in_main_is_late(first_ms: int, age_ms: int) -> None:
-    """It is switched once in a pass, by the present angle or by the angle of the previous pass."""
+    """The LED is switched once in a pass, by the present angle or by the angle of the previous pass."""
 
     def is_lit(at_ms: int) -> bool:
         since_ms = at_ms - (at_ms - first_ms) % PASS_MS

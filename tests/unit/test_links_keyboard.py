@@ -1,4 +1,4 @@
-"""Typing into the terminal that started the emulator, for processes that own the terminal and others."""
+"""Typing into the terminal that started the emulator, for processes that own the terminal and other processes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The link for tests, and the bounded queue beneath the real ones."""
+"""The link for tests, and the bounded queue beneath the real links."""
 
 from __future__ import annotations
 

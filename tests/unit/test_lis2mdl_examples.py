@@ -110,7 +110,7 @@ def test_self_test_moves_mean_within_limits(config_b: int, seed: int) -> None:
 
 
 def test_six_offset_bytes_are_written_in_one_burst() -> None:
-    """ST's driver writes all of 0x45 to 0x4A at once. Here they are the counts of the field, so the result is 0."""
+    """ST's driver writes 0x45 to 0x4A in one burst. These bytes are the counts of the field, so the result is 0."""
     chip = Chip("LIS2MDL")
     chip.write(OFFSET_X_REG_L, *(133).to_bytes(2, "little"), 0, 0, *(0x10000 - 267).to_bytes(2, "little"))
     chip.write(CFG_REG_A, 0x8C)

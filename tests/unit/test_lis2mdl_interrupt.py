@@ -43,7 +43,7 @@ from tests.support.sensor_fakes import MAGNETOMETER, Chip, constant
     ],
 )
 def test_each_axis_is_compared_both_ways(field: tuple[float, float, float], expected: int) -> None:
-    """Datasheet T36: above the positive threshold, or below the negative one. INT (bit 0) is set with any of these bits."""
+    """Datasheet T36: above the positive or below the negative threshold. INT (bit 0) is set with any of these bits."""
     chip = played(field)
     threshold(chip, 100, XYZ | IEA | IEN)
 

@@ -27,7 +27,7 @@ def chip_with_hoff(config_b: int) -> Chip:
 
 
 def run(chip: Chip, samples: int) -> list[tuple[int, ...]]:
-    """Return this number of samples at 100 Hz, beginning with the present one."""
+    """Return this number of samples at 100 Hz, beginning with the present sample."""
     found = []
     for _ in range(samples):
         found.append(chip.counts(MAGNETOMETER))
@@ -109,7 +109,7 @@ def test_set_freq_bit_sends_set_pulse_after_idle() -> None:
 
 
 def test_single_measurements_alternate_with_one_shot_cancellation() -> None:
-    """The host takes the mean of two (AN5069 section 8)."""
+    """The host computes the mean of two samples (AN5069 section 8)."""
     chip = chip_with_hoff(OFF_CANC | ONE_SHOT)
     found = [single(chip) for _ in range(6)]
 
@@ -184,7 +184,7 @@ def test_filter_starts_with_its_first_sample() -> None:
 def test_mean_of_two_has_documented_noise(
     config_b: int, config_a: int, rms: float, correlation: float
 ) -> None:
-    """The RMS of Table 3. Neighbours share a measurement, which halves the bandwidth. 4000 samples are used."""
+    """The RMS of Table 3. Neighbouring means share a measurement. This halves the bandwidth. 4000 samples are used."""
     chip = Chip("LIS2MDL", LIS2MDLErrors(noise_mgauss=4.5), seed=4)
     chip.set("magnetic_field_mgauss", 0.0, 0.0, 0.0)
     chip.write(CFG_REG_B, config_b)
@@ -215,7 +215,7 @@ def test_enabled_filter_starts_from_previous_measurement() -> None:
 
 
 def test_single_measurements_are_not_averaged() -> None:
-    """Without averaging, the noise is that of Table 3 without LPF and OFF_CANC. 800 measurements are used."""
+    """Without averaging, the noise is Table 3's value without LPF and OFF_CANC. 800 measurements are used."""
     chip = Chip("LIS2MDL", LIS2MDLErrors(noise_mgauss=4.5), seed=4)
     chip.set("magnetic_field_mgauss", 0.0, 0.0, 0.0)
     chip.write(CFG_REG_B, LPF)

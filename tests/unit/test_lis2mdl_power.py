@@ -162,7 +162,7 @@ def test_i2c_dis_silences_i2c_until_soft_reset() -> None:
 
 
 def test_spi_wires_depend_on_4wspi() -> None:
-    """ST's driver and AN5069 Rev 4 allow it; the datasheet says "must be 0"."""
+    """ST's driver and AN5069 Rev 4 allow the bit 4WSPI; the datasheet says "must be 0"."""
     chip = Chip("LIS2MDL")
     assert chip.part.spi_wires() == 3
     chip.write(CFG_REG_C, 0x04)

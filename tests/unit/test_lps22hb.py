@@ -87,7 +87,7 @@ def test_burst_without_if_add_inc_stays_at_address() -> None:
 
 @pytest.mark.parametrize("count", [16, -16, 32767, -32768])
 def test_rpds_is_subtracted_in_sixteenths_of_hpa(count: int) -> None:
-    """The LSB is that of the LPS25H (AN4450), 1/16 hPa, because the datasheet gives none; 24 bits saturate."""
+    """The LSB is the LPS25H's (AN4450), 1/16 hPa, because the datasheet gives none; 24 bits saturate."""
     chip = Chip("LPS22HB")
     chip.write(RPDS_L, *count.to_bytes(2, "little", signed=True))
     chip.write(CTRL_REG1, 0x50)

@@ -26,7 +26,7 @@ INT_SOURCE, STATUS, PRESS_OUT_XL = 0x25, 0x27, 0x28
 
 @pytest.mark.parametrize(("res_conf", "conversion_ms"), [(0x00, 13), (0x01, 5)])
 def test_one_shot_measures_once(res_conf: int, conversion_ms: int) -> None:
-    """Datasheet 9.6. The times are those of the LPS22HH, because the LPS22HB's datasheet gives none."""
+    """Datasheet 9.6. The times are from the LPS22HH, because the LPS22HB's datasheet gives none."""
     chip = Chip("LPS22HB")
     chip.write(RES_CONF, res_conf)
     chip.write(CTRL_REG2, 0x11)
@@ -75,7 +75,7 @@ def test_one_shot_can_be_repeated() -> None:
 
 
 def test_one_shot_at_running_rate_is_noted(words: Words) -> None:
-    """Datasheet 9.6: it is permitted only with ODR = 000."""
+    """Datasheet 9.6: one-shot is permitted only with ODR = 000."""
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG1, 0x30)
     chip.write(CTRL_REG2, 0x11)

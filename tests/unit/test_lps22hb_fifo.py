@@ -185,7 +185,7 @@ def test_stream_to_fifo_resumes_when_interrupt_is_read() -> None:
 
 @pytest.mark.parametrize("mode", [BYPASS_TO_STREAM, BYPASS_TO_FIFO])
 def test_bypass_modes_collect_after_interrupt(mode: int) -> None:
-    """Datasheet 5.6, 5.7: the sample that raises the interrupt is the first collected one."""
+    """Datasheet 5.6, 5.7: the sample that raises the interrupt is the first collected sample."""
     chip = after(collecting(mode, interrupt_above=50), 50)
     assert (chip.byte(FIFO_STATUS), chip.read(PRESS_OUT_XL, 5)) == (0, level(50))
     assert after(chip, 40).byte(FIFO_STATUS) == OVR | 32

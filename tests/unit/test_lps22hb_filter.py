@@ -158,7 +158,7 @@ def noise(control1: int, res_conf: int = 0x00, period_ps: int = PERIOD_PS) -> Ar
 
 
 def correlation(samples: Array) -> float:
-    """Return the correlation of a sample with the next one."""
+    """Return the correlation of a sample with the next sample."""
     return float(np.corrcoef(samples[1:], samples[:-1])[0, 1])
 
 

@@ -52,7 +52,7 @@ class Bench(Chip):
             self.pin.apply(level, self.t_ps)
 
     def after(self, sample: int) -> None:
-        """Go to a time between ``sample`` (1, 2 ...) and the next one."""
+        """Go to a time between ``sample`` (1, 2 ...) and the next sample."""
         self.t_ps = sample_ps(0, 104, sample) + PERIOD_PS // 2
 
     def stamps(self, axis: int = 0) -> int:

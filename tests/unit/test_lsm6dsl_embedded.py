@@ -241,7 +241,7 @@ def test_step_counter_overflow_is_flagged() -> None:
 
 
 def test_step_detected_lasts_one_period_of_26_hz() -> None:
-    """AN5040 6.1, LIR = 0: reading does not clear it."""
+    """AN5040 6.1, LIR = 0: reading does not clear the bit."""
     chip = running(PEDO_EN, bounce(20), bank_a=((PEDO_DEB, 0x68),))
     high = 0
     for _ in range(5000):
@@ -396,7 +396,7 @@ def test_significant_motion_restarts_after_each_event() -> None:
 
 
 def test_first_tilt_waits_two_seconds() -> None:
-    """AN5040 6.3: more than 35 degrees from the position at the last event."""
+    """AN5040 6.3: more than 35 degrees from the position at the previous event."""
     chip = running(TILT_EN, turned((5.0, 40.0), (10.0, 60.0), (12.0, 80.0), (15.0, 0.0)))
 
     assert events(chip, 20.0) == [

@@ -2,7 +2,7 @@
 
 AN5040 5.3: the slope filter begins with half of its first sample, so that switching the accelerometer on with wake-up
 enabled causes a wake-up. ST says the same of the similar LIS2DW12, whose filter settles with one sample. There is no
-other such event: a running filter continues, and one that is switched on later begins with its first sample.
+other such event: a running filter continues, and a filter that is switched on later begins with its first sample.
 """
 
 from __future__ import annotations

@@ -68,7 +68,7 @@ def test_free_fall_threshold_ignores_full_scale(code: int, mg: int, full_scale: 
 
 @pytest.mark.parametrize("duration", [0, 1, 6, 31, 32, 63])
 def test_free_fall_is_reported_after_its_duration(duration: int) -> None:
-    """It is reported FF_DUR periods after the first sample of the fall, and only while the fall lasts."""
+    """Free fall is reported FF_DUR periods after the first sample of the fall, and only while the fall lasts."""
     samples = [FLAT] * 5 + [STILL] * 70 + [FLAT] * 2
     writes = (FREE_FALL, (duration & 0x1F) << 3 | 3), (WAKE_UP_DUR, (duration >> 5) << 7)
 
@@ -120,7 +120,7 @@ def test_wake_up_needs_wake_dur_samples_over_threshold(duration: int) -> None:
 
 
 def test_wake_up_high_pass_lasts_longer_than_slope() -> None:
-    """SLOPE_FDS: after a step the slope returns to 0 at once, but the high-pass at ODR/9 decays."""
+    """SLOPE_FDS: after a step the slope returns to 0 immediately, but the high-pass at ODR/9 decays."""
     samples = [STILL] * 3 + [(1000.0, 0.0, 0.0)] * 40
     ths = (WAKE_UP_THS, 8)  # 250 mg
 
@@ -165,7 +165,7 @@ def test_single_sample_is_not_orientation() -> None:
 
 
 def test_4d_ignores_z() -> None:
-    """AN5040 5.4.2 sets D4D_EN to enable it; the sentence in the datasheet says the opposite."""
+    """AN5040 5.4.2 sets D4D_EN to enable 4D; the sentence in the datasheet says the opposite."""
     samples = [along(0, 1000.0)] * 3 + [FLAT] * 3 + [along(1, -1000.0)] * 3
 
     bits = source_bits(D6D_SRC, samples, (TAP_THS_6D, 0x80 | 0x40))

@@ -291,7 +291,7 @@ def test_fifo_mode_stops_before_overfull(sets: int, words: int) -> None:
 
 
 def test_fifo_mode_limited_to_watermark_stops_before_watermark() -> None:
-    """AN5040: with FTH = 21 and one sensor it stops at 18, and WaterM is never set."""
+    """AN5040: with FTH = 21 and one sensor the FIFO stops at 18, and WaterM is never set."""
     chip = fifo_of(FIFO, ctrl4=STOP_ON_FTH, watermark=21)
     samples(chip, 5)
     assert status(chip)[:2] == (15, 0)
@@ -330,7 +330,7 @@ def test_continuous_mode_limited_to_watermark_reaches_watermark() -> None:
 
 
 def test_continuous_mode_overwrites_oldest_words() -> None:
-    """There are 2048 words, so the 683rd set overwrites one. The count of 11 bits then reads 0 (AN5040 Table 64)."""
+    """There are 2048 words, so the 683rd set overwrites one word. The 11-bit count then reads 0 (AN5040 Table 64)."""
     chip = fifo_of(CONTINUOUS, watermark=2)
     samples(chip, 682)
     assert status(chip) == (2046, WATERMARK | FULL, 0)

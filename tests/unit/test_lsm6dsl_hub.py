@@ -202,7 +202,7 @@ def test_transfers_take_documented_time_on_bus() -> None:
 )
 @pytest.mark.parametrize("percent", [0.0, 7.0])
 def test_hub_trigger_rate_is_at_most_104_hz(xl: int, g: int, per_s: int, percent: float) -> None:
-    """The rate is that of the sensor's own oscillator."""
+    """The sensor's own oscillator determines the rate."""
     device = Recorder()
     chip = hub(LIS2MDL_READ, xl=xl, errors=LSM6DSLErrors(odr_percent=percent), a1E=device)
     chip.write(CTRL2_G, g)
@@ -278,7 +278,7 @@ def test_more_than_18_bytes_are_cut_and_noted(words: Words) -> None:
 
 
 def test_cut_bytes_change_no_other_register() -> None:
-    """The bytes of slave 2 are partly beyond SENSORHUB18, those of slave 3 completely."""
+    """The bytes of slave 2 are partly beyond SENSORHUB18, the bytes of slave 3 completely."""
     chip = hub(slaves(*((0x3D, 0x10 * n, 7, 0) for n in range(1, 5))), a1E=Recorder())
     chip.write(X_OFS_USR, 0x41, 0x42, 0x43)
     chip.wait(PS_PER_S)

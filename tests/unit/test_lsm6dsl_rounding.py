@@ -96,7 +96,7 @@ def test_software_reset_ends_rounding() -> None:
 
 
 def test_wrapped_burst_releases_held_word() -> None:
-    """BDU holds the pair from the read of its low byte to that of its high byte. The next round then has newer data."""
+    """BDU holds the pair from the read of its low byte to the read of its high byte. The next round has newer data."""
     chip = measuring((CTRL3_C, 0x44), (CTRL5_C, 1 << 5))
     low = chip.read(0x28)
     old = chip.read(0x2A, 4)

@@ -40,7 +40,7 @@ def test_tick_comes_exactly_when_it_is_due(wake_up_dur: int, tick_ps: int, ticks
 @resolutions
 @pytest.mark.parametrize("percent", [-5, 4])
 def test_timestamp_follows_sensor_rate_error(wake_up_dur: int, tick_ps: int, percent: int) -> None:
-    """The LSM6DSO has one figure for both. For the LSM6DSL no document gives a figure."""
+    """The LSM6DSO has one figure for timestamp and rates. For the LSM6DSL no document gives a figure."""
     chip = Chip("LSM6DSL", LSM6DSLErrors(odr_percent=percent))
     chip.configure(((WAKE_UP_DUR, wake_up_dur), (CTRL1_XL, 0x40), (CTRL10_C, TIMER_EN)))
     chip.t_ps = -(-1000 * tick_ps * 100 // (100 + percent)) - 1

@@ -179,7 +179,7 @@ def test_truth_survives_jumps_of_world(tmp_path: Path) -> None:
 
 
 def test_motion_after_jump_starts_from_new_attitude(tmp_path: Path) -> None:
-    """A jump discards later plans, so the sweep begins after it, from the angles at that time."""
+    """A jump discards later plans, so the sweep begins after the jump, from the angles at that time."""
     head = HEAD + 'duration = "8s"\n[sensors]\nquality = "ideal"\n'
     timeline = (
         "[[timeline]]\ndo = 'rotate_to'\npitch_deg = 50\nfor = '2s'\n"

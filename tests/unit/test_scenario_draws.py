@@ -36,7 +36,7 @@ def written(folder: Path, text: str = FILE) -> Path:
 
 
 def attitudes(path: Path, count: int) -> list[float]:
-    """Return the pitch that each seed draws."""
+    """Return the pitch for each seed."""
     entries = (load_scenario(path, seed=seed).table["timeline"][0] for seed in range(count))
     return [float(entry["pitch_deg"]) for entry in entries]
 

@@ -1,4 +1,4 @@
-"""Invalid files are refused in bounded time, in one line that states problem, place, and correct form."""
+"""Invalid files are refused in bounded time, in one line that contains problem, place, and correct form."""
 
 from __future__ import annotations
 
@@ -418,7 +418,7 @@ KEYS = (
 @given(st.sampled_from(KEYS), VALUES)
 @settings(max_examples=200)
 def test_any_table_is_accepted_or_refused(key: str, value: object) -> None:
-    """The table does not pass the TOML parser, which would refuse some values. Every error has one line."""
+    """The table does not go through the TOML parser, which would refuse some values. Every error has one line."""
     try:
         scenario_file(FCU001V1).model_validate({"schema": 1, "question": "?", key: value})
     except ValidationError as error:

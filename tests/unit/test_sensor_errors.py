@@ -306,9 +306,9 @@ def test_impossible_figure_of_sensor_is_refused(figures: dict[str, float], named
 
 @parts
 def test_hundred_sensors_are_spread_as_documented(part: type[Any]) -> None:
-    """The figures have a normal distribution that ends at three sigma. The test is that of Kolmogorov and Smirnov.
+    """The figures have a normal distribution that ends at three sigma. The test is the Kolmogorov-Smirnov test.
 
-    Among 40 figures, a probability below 1 % is expected; one below 0.01 % is not.
+    Among 40 figures, a probability below 1 % is expected; a probability below 0.01 % is not.
     """
     drawn = [of_quality(part, "typical", seed) for seed in range(100)]
     for name, sigma in SIGMAS[part].items():

@@ -125,7 +125,7 @@ def test_unknown_chip_select_is_refused_with_known_ones(words: Words) -> None:
 
 
 def test_speed_of_unused_peripheral_is_zero() -> None:
-    """The solution for I2C2 does not enable SPI2. The one for SPI2 sets 42 MHz / 16."""
+    """The solution for I2C2 does not enable SPI2. The solution for SPI2 sets 42 MHz / 16."""
     speeds = []
     for wiring in ("lab3", "fcu001v1"):
         board = Board(firmware="solution", wiring=wiring)

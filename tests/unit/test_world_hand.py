@@ -123,7 +123,7 @@ def test_released_board_equals_one_without_hand() -> None:
 
 @pytest.mark.parametrize(("peak_mg", "hz"), [(10.0, 8.0), (35.0, 11.0)])
 def test_tremor_has_measured_strength_and_frequency(peak_mg: float, hz: float) -> None:
-    """The RMS is that of a sinusoid with this peak. The spectrum is within 2.5 Hz about the frequency."""
+    """The RMS equals the RMS of a sinusoid with this peak. The spectrum is within 2.5 Hz about the frequency."""
     world = World()
     world.take_in_hand((0, -0.086, 0), peak_mg, hz)
     t_s = np.arange(1.0, 41.0, 0.005)

@@ -124,7 +124,7 @@ def test_recorded_altitude_passes_through_rows_with_acceleration() -> None:
 
 
 def test_recorded_lift_equals_computed_lift() -> None:
-    """Rows of a lift at 50 Hz have the same acceleration as the lift, for which it is known."""
+    """Rows of a lift at 50 Hz have the same acceleration as the lift, whose acceleration is known."""
     lifted, replayed = World(), World()
     lifted.lift(2.0, duration_s=4)
     t_s = np.arange(0.0, 4.001, 0.02)

@@ -21,7 +21,7 @@ METRES = st.floats(-3.0, 3.0)
 
 
 def way_of(world: World, t_s: Array) -> Array:
-    """Return the way north, east, up: the measured acceleration in the room, without gravity, integrated twice."""
+    """Return the distance north, east, up: the measured acceleration in the room, without gravity, integrated twice."""
     felt = np.einsum("nij,nj->ni", world.rotation(t_s), world.specific_force_g(t_s)) * G
     acceleration = (felt - [0.0, 0.0, G]) * [1.0, -1.0, 1.0]
     speed = cumulative_trapezoid(acceleration, t_s, axis=0, initial=0)
@@ -117,7 +117,7 @@ def test_scenario_moves_board(tmp_path: Path) -> None:
 
 
 def test_accelerometer_on_board_measures_push() -> None:
-    """After half of the way, the speed is 15/8 d/T, which is the sum of the samples until then."""
+    """After half of the distance, the speed is 15/8 d/T, which is the sum of the samples until then."""
     board = Board(firmware=None, ideal=True)
     bus = board.i2c("I2C2")
     bus.write(0x6B, bytes([0x10, 0x70]))  # CTRL1_XL: 833 Hz, 2 g

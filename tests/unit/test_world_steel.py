@@ -58,7 +58,7 @@ def test_magnetised_steel_adds_field_of_dipole() -> None:
 
 
 def test_board_moved_by_ten_centimetres_turns_its_compass() -> None:
-    """The yaw is that of a sphere's field, B + R^3 (3 (B.r) r / r^2 - B) / r^3."""
+    """The yaw is the direction of a sphere's field, B + R^3 (3 (B.r) r / r^2 - B) / r^3."""
     world, other = World(), World()
     world.put_steel(north_m=0.2, east_m=0.2, up_m=-0.1, radius_m=0.12)
     for one in (world, other):

@@ -113,7 +113,7 @@ def test_thermometers_show_board_temperature(cold: bool) -> None:
 
 
 def test_sensor_near_regulator_is_warmer_by_its_share() -> None:
-    """The share is that of the heating, not of the lag behind the air, and not of a recorded temperature."""
+    """The share applies to the heating, but not to the lag behind the air or to a recorded temperature."""
     board = Clocked()
     places = [board.world.sensed("temperature_degc", heating=share) for share in (0.0, 0.5, -0.25)]
 

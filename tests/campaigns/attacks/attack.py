@@ -1,8 +1,8 @@
 """The definition of an attack campaign, and its recorded results.
 
 An attack is a function of a number of tries and a random generator. It yields the result of each try in one or two
-words. A forbidden result raises an exception and is counted under the name of this exception; a single one makes the
-campaign fail.
+words. A forbidden result raises an exception and is counted under the name of this exception; one forbidden result
+makes the campaign fail.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Attack(NamedTuple):
     usual: int
     tries: Tries
     in_programs: bool = False
-    """Whether each try is a separate program, whose memory counts instead of that of this process."""
+    """Whether each try is a separate program, whose memory counts instead of this process's memory."""
 
 
 @dataclass(frozen=True)

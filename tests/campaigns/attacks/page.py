@@ -151,7 +151,7 @@ def _served() -> Iterator[Served]:
 
 
 def requests(tries: int, random: Random, folder: Path) -> Iterator[str]:
-    """Try connections: each sends a random request, random bytes, a truncated request, or one without an end."""
+    """Try connections: each sends a random request, random bytes, a truncated request, or a request without an end."""
     del folder
     idle: list[socket.socket] = []
     with _served() as served:

@@ -2,7 +2,7 @@
 
 ``python -m tests.support.arm.call_programs`` writes ``functions.c`` and builds it for hard and soft floating-point
 arguments. The ELF files are in the repository, so tests need no compiler. Each function stores its arguments in a
-structure and returns one of them.
+structure and returns one argument.
 """
 
 from __future__ import annotations

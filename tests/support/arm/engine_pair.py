@@ -1,8 +1,8 @@
 """The core and its reference, Unicorn, side by side: with equal state and code, and compared.
 
-Decision: encodings are made from the bit patterns that the manual prints. Their fields are drawn among the permitted
+Decision: encodings are generated from the bit patterns that the manual prints. Their fields have random permitted
 values. So nothing UNPREDICTABLE is executed, no list of exceptions is needed, and the patterns are a second
-transcription, independent of the decoder. The draws depend only on the form's name.
+transcription, independent of the decoder. The random values depend only on the form's name.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ def register_name(number: int) -> str:
 
 
 def word(random: Random) -> int:
-    """Return a random word, often one that is special for some instruction."""
+    """Return a random word, often a word that is special for some instruction."""
     return random.choice(
         (random.getrandbits(32), random.getrandbits(32), random.getrandbits(8), random.choice(_EXTREMES))
     )
@@ -118,8 +118,8 @@ def any_values(random: Random, _fields: Fields) -> Values:
 class Access:
     """Access to all registers of an engine.
 
-    Unicorn applies the privilege of the code to every access. So the mode is first set to that of a handler, and last
-    to the requested mode.
+    Unicorn applies the privilege of the code to every access. So the mode is first set to Handler mode, and at the
+    end to the requested mode.
     """
 
     def __init__(self, engine: Executing) -> None:
@@ -142,7 +142,7 @@ class Access:
             registers.write(*(written[name] for name in registers.names))
 
     def read(self) -> dict[str, object]:
-        """Return the registers by name, without GE. The mode is that of a handler afterwards."""
+        """Return the registers by name, without GE. Afterwards the engine is in Handler mode."""
         read = dict(zip(_MODE + _OTHERS, (*self._mode.read(), *self._others.read()), strict=True))
         self._mode.write(_HANDLER, read["control"])
         read |= zip(_PRIVILEGED, self._privileged.read(), strict=True)
@@ -190,7 +190,7 @@ class EnginePair:
 
 
 def _fragment(form: Form, random: Random, block: int) -> tuple[list[int], Fields, int]:
-    """Return one encoding, or IT and a block of them: half-words, the fields of the last, number of instructions."""
+    """Return one encoding, or IT and a block of encodings: half-words, last fields, number of instructions."""
     drawn = [form.draw(random) for _ in range(block or 1)]
     words = [word for encoding, _ in drawn for word in encoding]
     if block:

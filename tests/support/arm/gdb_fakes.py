@@ -133,7 +133,7 @@ class Debugger:
         return reply
 
     def go(self, packet: bytes, for_ps: int = 10_000_000) -> bytes:
-        """Let the target run and return its stop reply, or an empty one if it still runs."""
+        """Let the target run and return its stop reply, or an empty reply if it still runs."""
         before = len(self.sent)
         self.session.handle(packet)
         stop = self.target.run_until_ps(self.target.now_ps + for_ps)
@@ -162,7 +162,7 @@ class Client:
         self.socket.sendall(data)
 
     def ask(self, packet: bytes) -> Received:
-        """Send a packet and wait for one."""
+        """Send a packet and wait for a packet."""
         self.send(frame(packet))
         return self.wait()
 

@@ -1,10 +1,11 @@
 """An artificial class, judged by the lab's rubric, with the checks that each program should fail.
 
-It has the shipped solution with one more exercise in each program, and other correct programs. It also has programs
-with one typical mistake each (tests/arm/mistakes), and one that prints constants without reading a sensor.
+The class has the shipped solution with one more exercise in each program, and other correct programs. It also has
+programs with one typical mistake each (tests/arm/mistakes), and a program that prints constants without reading a
+sensor.
 
-``python -m tests.support.arm.graded_programs [NAME ...]`` judges all of them, or the named ones, ten seconds each,
-prints a table of programs and points, and lists those with unexpected points.
+``python -m tests.support.arm.graded_programs [NAME ...]`` judges all programs, or the named programs, ten seconds
+each, prints a table of programs and points, and lists programs with unexpected points.
 """
 
 from __future__ import annotations
@@ -73,7 +74,7 @@ def staged(done: int, into: Path) -> Path:
 
 
 def lost(verdict: Verdict) -> tuple[str, ...]:
-    """Return the checks that have points and did not give all of them."""
+    """Return the checks that have points and did not give all their points."""
     return tuple(check.check for check in verdict.checks if check.points < check.max_points)
 
 

@@ -1,6 +1,6 @@
 """ST's HAL V1.6.0 for I2C as a sequence of register accesses, in the order of the HAL (master only).
 
-Only the accesses are those of the HAL; the bench handles time-outs.
+Only the accesses come from the HAL; the bench handles time-outs.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Endless programs whose iterations have the highest cost for the emulator, one for each kind of access.
 
-Each runs at 84 MHz with clocks for all peripherals, unless it says otherwise. The name describes the loop; ``source``
-is for :func:`tests.support.arm.hostile_programs.program`.
+Each program runs at 84 MHz with clocks for all peripherals, unless stated otherwise. The name describes the loop;
+``source`` is for :func:`tests.support.arm.hostile_programs.program`.
 """
 
 from __future__ import annotations

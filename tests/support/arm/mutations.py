@@ -59,7 +59,7 @@ def flood(out: bytearray, random: Random) -> None:
 
 
 def grow_table(out: bytearray, random: Random) -> None:
-    """State more headers in the ELF header than there are, or repeat the same one many times."""
+    """Declare more headers in the ELF header than exist, or repeat the same header many times."""
     place, count, size = random.choice(
         ((_E_PHOFF, _E_PHNUM, _PROGRAM_HEADER), (_E_SHOFF, _E_SHNUM, _SECTION_HEADER))
     )

@@ -91,7 +91,7 @@ def _long_branch(random: Random) -> tuple[int, ...]:
 
 
 def _it_block(random: Random) -> tuple[int, ...]:
-    """Return IT and its instructions, with a branch only as the last one. Sometimes one is not permitted there."""
+    """Return IT and its instructions, with a branch only as the last one; some are not permitted there."""
     length = random.randrange(1, 5)
     mask = 1 << 4 - length | random.randrange(1 << 4) & -(1 << 5 - length) & 0xF
     words = [0xBF00 | random.randrange(14) << 4 | mask]

@@ -1,4 +1,4 @@
-"""Records of the results of runs, which are kept in files and compared with those of another build.
+"""Records of the results of runs, which are kept in files and compared with the records of another build.
 
 ::
 
@@ -324,7 +324,7 @@ def counts_of(recorded: Record) -> dict[str, int]:
 
 
 def differences(recorded: Record, now: Record) -> list[str]:
-    """Return the differences of two records, one line each: the first one of each sequence.
+    """Return the differences of two records, one line each: the first difference of each sequence.
 
     Data that ``now`` does not have, because its trace was not detailed, are not compared.
     """

@@ -182,7 +182,7 @@ loop:  ldr r1, [r0, #16]
 low:   adds r4, #1           ; so no two laps are the same
        b loop
 """
-"""Counts passes in R4, and those with PA0 high in R5."""
+"""Counts passes in R4, and passes with PA0 high in R5."""
 
 SHOWS_A_PIN = f"""
 reset: {put("RCC_AHB1ENR", 3)} {put("GPIOB", 1 << 10)}
@@ -241,7 +241,7 @@ loop:  ldr r4, [r2, #16]
        ldr r6, [r2, #16]
        b .
 """
-"""R4, R5, R6: the pins of port A with its clock, without, and with it again."""
+"""R4, R5, R6: the pins of port A with its clock, without its clock, and with its clock again."""
 
 READS_PARTS = f"""
 reset: {put("RCC_AHB1ENR", 1)}

@@ -59,9 +59,9 @@ class Program:
     """Files of tests/arm/mistakes that are added beside main.c, or replace it."""
     make: dict[str, str] = field(default_factory=dict)
     loses: tuple[str, ...] = ()
-    """The checks of the lab's rubric that it fails; see tests/support/arm/graded_programs.py."""
+    """The checks of the lab's rubric that the program fails; see tests/support/arm/graded_programs.py."""
     leads: tuple[str, ...] = ()
-    """Words that both ``fcu run`` and ``fcu check`` must show for it."""
+    """Words that both ``fcu run`` and ``fcu check`` must show for this program."""
 
 
 def programs(file: str) -> dict[str, Program]:
@@ -135,7 +135,7 @@ def _short(diagnosis: Diagnosis) -> str:
 def without_numbers(text: str) -> str:
     """Return a text without times, addresses and counts, which depend on compiler and optimisation.
 
-    Places in the source stay, because they do not depend on them.
+    Places in the source remain, because they depend on neither.
     """
     return re.sub(r"(?<![\w.:])-?(?:0x[0-9A-F]+|\d+(?:\.\d+)?)", "#", text)
 

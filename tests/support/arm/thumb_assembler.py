@@ -3,7 +3,7 @@
 It has UAL syntax with one instruction or ``label:`` a line; ``;`` begins a comment. Loads, stores and conditional
 branches out of reach have one encoding each, so the length of an instruction never depends on its operands. Inside an
 IT block the suffix (``addseq``) is optional and not compared with the condition of the block. ``mov32 rd, value``
-means MOVW and MOVT. Encodings are those of ARMv7-M ARM A7.7, and test_thumb_assembler.py compares them with the GNU
+means MOVW and MOVT. Encodings follow ARMv7-M ARM A7.7, and test_thumb_assembler.py compares them with the GNU
 assembler.
 """
 

@@ -8,7 +8,7 @@ before the instruction (as after it for SVC).
 
 The instruction hook is called before each executed instruction. ``uc_emu_stop`` in the hook ends the run before the
 instruction, but has no effect inside an IT block, so a block is executed as a whole. The hook is not called if the
-condition of an instruction fails; such instructions are counted from the address of the next one.
+condition of an instruction fails; such instructions are counted from the address of the next instruction.
 
 Unaligned LDM, STM, LDRD and STRD are executed, although the architecture requires a fault (ARMv7-M ARM A3.2.1).
 
@@ -128,7 +128,7 @@ class UnicornCore:
     def run(self, instructions: int) -> Stop:
         """Execute at most this number from ``pc``; return the reason of the end.
 
-        ``executed`` counts a faulting one, too.
+        ``executed`` also counts a faulting instruction.
         """
         self._stop, self.executed, self._limit = Stop.SLICE, 0, instructions
         self._next, self._conditional = self.pc, 0
