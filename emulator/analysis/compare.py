@@ -1,13 +1,13 @@
 """Comparison of two runs on the same scenario.
 
-The n-th entries of each sequence are compared, first the text, then the pace (time since the
-previous entry).
+For each sequence, the n-th entries of both runs are compared: first the text, then the pace (time
+since the previous entry).
 
 Decision: comparisons use the pace, not the time since power-on, because compiled code is 2 %
 slower.
 
-Decision: entries are compared by position, not by an alignment as ``diff`` computes it, because the
-first mistake causes all later ones.
+Decision: entries are compared by position and not aligned by a diff algorithm, because the first
+mistake causes all later mistakes.
 
 Decision: both sequences end at the same time, not at the same entry.
 """
@@ -107,7 +107,7 @@ def compare(first: Observation, second: Observation, rules: Rules | None = None)
 
 
 def compared(first: Observation, second: Observation, rules: Rules) -> list[str]:
-    """Return the compared sequences' names."""
+    """Return the names of the sequences to compare."""
     return [
         name
         for name in first.sequences

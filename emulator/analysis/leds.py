@@ -110,7 +110,7 @@ def _sides(name: str, angle: str, looks: Sequence[_LedCondition]) -> Iterator[Di
         )
 
 
-# -- an LED that is toggled, and so is wrong half of the time -----------------------------------------------
+# -- an LED that is toggled, and therefore wrong half of the time -----------------------------------------------
 
 _FEWEST_EDGES = 4
 _STILL_G = 0.05

@@ -92,7 +92,7 @@ def _timer(timer: TickCounts, now_ps: int) -> list[ObservedItem]:
 
 
 def is_led(name: str) -> bool:
-    """Return whether a sequence is an LED's."""
+    """Return whether a sequence belongs to an LED."""
     return name not in (TERMINAL, TIMER, END) and not name.endswith(REGISTERS)
 
 
@@ -138,7 +138,7 @@ def bytes_sent(events: Iterable[TerminalBytes], uart: Uart) -> Iterator[tuple[in
 
 
 def lines_of(text: Iterable[tuple[int, int]]) -> list[ObservedItem]:
-    """Convert timed bytes to lines. A line's time is that of its first byte except CR."""
+    """Convert timed bytes to lines. A line's time is the time of its first byte that is not CR."""
     lines: list[ObservedItem] = []
     line, began_ps = bytearray(), NEVER_PS
     for at_ps, byte in text:

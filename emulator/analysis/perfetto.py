@@ -39,7 +39,7 @@ _SP, _LR, _PC = 13, 14, 15
 
 
 class PerfettoFile:
-    """Writer of ``board``'s later events. Raises LinkError for an unusable file."""
+    """Writer of ``board``'s events from now on. Raises LinkError for an unusable file."""
 
     def __init__(self, board: Board, path: Path, most_bytes: int = LARGEST_FILE) -> None:
         self._board = board

@@ -3,8 +3,8 @@
 The truth is a range, because a printed value is older than its line.
 
 Decision: the recorder samples the callback every 4.87 ms of virtual time and the LEDs every 48.7
-ms. It reads the terminal and computes the truth once per 100 samples. Doing so for each sample
-would take as long as the firmware itself. A line has the time of the first sample after its first
+ms. It reads the terminal and computes the truth once per 100 samples. Doing both for each sample
+would take as long as running the firmware. A line has the time of the first sample after its first
 byte.
 """
 
@@ -45,7 +45,7 @@ class ValueRange:
         return (self.low + self.high) / 2
 
     def distance(self, value: float) -> float:
-        """Return the distance of ``value`` from the range, 0 inside."""
+        """Return the distance of ``value`` from the range, or 0 inside the range."""
         return max(self.low - value, value - self.high, 0.0)
 
     def scaled(self, factor: float) -> ValueRange:

@@ -89,7 +89,7 @@ class Board:
 
     arm = OldName("chip")
     description: ClassVar[BoardDescription] = FCU001V1
-    """Description of the board type; a subclass may set another one."""
+    """Description of the board type; a subclass may set another description."""
 
     def __init__(
         self,
@@ -219,11 +219,11 @@ class Board:
         return _named(self.leds, name, "LED")
 
     def i2c(self, name: str | None = None) -> I2CMaster:
-        """Return the named bus master ("I2C2"), or the first one."""
+        """Return the named bus master ("I2C2"), or the first bus master."""
         return _named(self._i2c, name, "I2C bus")
 
     def spi(self, name: str | None = None) -> SpiMaster:
-        """Return the named bus master ("SPI2"), or the first one."""
+        """Return the named bus master ("SPI2"), or the first bus master."""
         return _named(self._spi, name, "SPI bus")
 
     def recent_transfers(self) -> list[BusTransfer]:
@@ -283,8 +283,8 @@ class Board:
 
         Numbers are passed by value. For a pointer, pass an address, a string, bytes, a structure's
         members (mapping, object or sequence), or a sequence of values to point to. Changes of these
-        values are copied back to lists, dictionaries, objects and byte arrays. The chip is then
-        restored, unless ``keep`` is set.
+        values are copied back to lists, dictionaries, objects and byte arrays. After the
+        call, the chip is restored, unless ``keep`` is set.
 
         ``max_instructions`` limits functions that compute; ``timeout_s`` (virtual time) limits
         functions that wait. Raises InputError if the function cannot be called, and CallError if it fails or
@@ -415,7 +415,7 @@ def _given_as_profile(wiring: str) -> str:
 
 
 def _diagnosis_of(arm: ArmFirmware | None) -> Callable[[], str]:
-    """Return a function without a reference to the board."""
+    """Return a function that describes a failure and has no reference to the board."""
     return arm.diagnosis_text if arm is not None else lambda: ""
 
 

@@ -317,7 +317,7 @@ class WebOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class CheckOptions:
-    """Arguments of ``fcu check``. ``rubric``: None uses that of the project, or else of LAB3."""
+    """Arguments of ``fcu check``. ``rubric``: None selects the project's rubric, or else LAB3's."""
 
     target: str = argument(metavar="[FOLDER|FILE]", default=".")
     exercises: tuple[str, ...] = option(

@@ -165,7 +165,7 @@ def _flash_of(path: Path) -> bytes:
 
 
 def create_board(options: RunOptions) -> Board:
-    """Return the described board. Raises InputError."""
+    """Return the board for these options. Raises InputError."""
     firmware = options.firmware
     if firmware is None and options.scenario is None:
         firmware = FCU001V1.default_firmware
@@ -353,7 +353,7 @@ def _judge_and_say(board: Board, runner: Runner, record: RunRecord) -> ExitCode:
 
 
 def _with_sources(result: Result, board: Board, recorder: TruthRecorder) -> Result:
-    """Add to each failed expectation the firmware's statement that it checks."""
+    """Add to each failed expectation the firmware's statement that the expectation checks."""
     if board.chip is None or board.scenario is None or result.passed:
         return result
     from fcu_emulator.emulator.analysis.source_lines import SourceLines  # slow to import: pydantic

@@ -6,7 +6,7 @@ written after the verdict, so an empty file means a killed run.
 ==============  ====================================================================================
 exit_code       a code of :mod:`fcu_emulator.emulator.cli.exit_codes`; ``verdict``: its name
 error           the error that ended the run, or null
-timer           the lab's timer: rate, ticks, late and lost ones, longest wait
+timer           the lab's timer: rate, ticks, late ticks, lost ticks, longest wait
 chip            resets and similar events
 bus_errors      failed transfers
 bytes_lost      received bytes that the firmware read too late

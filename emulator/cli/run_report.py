@@ -1,7 +1,7 @@
 """Output of ``fcu run`` on stderr: progress, explanation of a failure, summary.
 
-Firmware is diagnosed after three virtual seconds without output, and again each time that this
-silence has doubled.
+Firmware is diagnosed after three virtual seconds without output, and again each time the silence
+has doubled.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ _raised: list[int] = []
 
 
 class Terminated(BaseException):
-    """Signal ``number`` asked the process to end. ``except Exception`` does not catch this."""
+    """Signal ``number`` asked the process to end. ``except Exception`` does not catch this exception."""
 
     def __init__(self, number: int) -> None:
         self.number = number

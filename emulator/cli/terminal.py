@@ -143,7 +143,7 @@ class _ControlPort:
 
 
 def open_port(where: str | None, board: str | None = None) -> tuple[str, Port]:
-    """Return the name and the port, by default those of the running board. Raises InputError."""
+    """Return the name and the port, by default for the running board. Raises InputError."""
     if where is None:
         running = the_running_board(board)
         if not running.serial:
@@ -241,7 +241,7 @@ class Console:
 if sys.platform != "win32":
 
     def _raw(descriptor: int) -> Callable[[], None]:
-        """Make the console return each key, even Ctrl-C, at once. Return a function that undoes it.
+        """Make the console return each key, even Ctrl-C, immediately. Return a function that undoes this.
 
         The mode of the output does not change.
         """

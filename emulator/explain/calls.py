@@ -32,7 +32,7 @@ class LabCall:
 def never_called(image: FirmwareImage, calls: Iterable[LabCall]) -> Iterator[tuple[LabCall, Diagnosis]]:
     """Yield the functions that the program defines and never calls, in the order of ``calls``.
 
-    A function counts as called if any instruction or word of the image has its address. Without
+    A function counts as called if any instruction or word of the image contains its address. Without
     debug information, nothing is yielded.
     """
     symbols = image.symbols
@@ -66,7 +66,7 @@ def _neighbour(
 
 
 def _is_called(image: FirmwareImage, function: Definition) -> bool:
-    """Return whether code or data outside of a function has its address."""
+    """Return whether code or data outside of a function contains the function's address."""
     if function.is_inlined:
         return True
     if function.address is None:

@@ -42,7 +42,7 @@ PAST: Final = (
     ProbePose(40, 10, -160, 0),
     ProbePose(40, -50, -20, 0),
 )
-"""Poses before ``POSES``, whose field is less extreme on each axis, so that ``POSES`` give new extremes."""
+"""Poses before ``POSES``. Their field is less extreme on each axis, so that ``POSES`` give new extremes."""
 POSES: Final = (ProbePose(-25, -55, 75, 140), ProbePose(62, 15, -30, 220), ProbePose(-15, 33, 120, 300))
 """Logged poses. The board is tilted about both axes, so that every exchange of axes changes a value.
 """

@@ -45,7 +45,7 @@ class Bounds:
     bytes: int
     """Maximum bytes of the archive, and of its unpacked files."""
     ratio: float = 200.0
-    """Maximum ratio of unpacked to packed size. Text has about 10, an ELF file 4, a HEX file of zeros 150."""
+    """Maximum ratio of unpacked to packed size: text has about 10, an ELF file 4, a HEX file of zeros 150."""
 
 
 SUBMISSION: Final = Bounds(entries=2_000, bytes=64 << 20)

@@ -1,6 +1,6 @@
 """Build submitted source: compile the student's C files with this project's Makefile, in a sandbox.
 
-Source can include any file, so the compiler runs under bubblewrap with limits and without network.
+Source code can include any file, so the compiler runs under bubblewrap with limits and without network.
 With ``sandbox=False`` only the limits apply, and root compiles as the user ``nobody``.
 
 Decision: the support layer is compiled only one time and copied into each build, so that a build
@@ -73,7 +73,7 @@ _OF_A_TOOLCHAIN = (
     *(f"bin/{COMPILER.removesuffix('gcc')}*", "arm-none-eabi", "lib/arm-none-eabi"),
     *("lib/gcc/arm-none-eabi", "libexec/gcc/arm-none-eabi", "lib/*.so*", "libexec/*.so*"),
 )
-"""Files of a toolchain outside of system folders. The prefix may be a home folder and is not used whole."""
+"""Files of a toolchain outside of system folders. The whole prefix is not used, because it may be a home folder."""
 _WATCH = """\
 "$@"
 code=$?
@@ -190,8 +190,8 @@ class Builder:
     def build(self, source: SubmittedSource) -> Built:
         """Return the program, possibly from an earlier build. Thread-safe.
 
-        Raises CompileError if the source is at fault, NotJudgedError or InputError if the machine
-        is.
+        Raises CompileError if the source is at fault, NotJudgedError or InputError if the machine is
+        at fault.
         """
         key = hashlib.sha256(f"{_FORMAT} {self._toolchain} {source.digest}".encode()).hexdigest()
         built = self._known(key)

@@ -35,7 +35,7 @@ class Grader:
 
     ``rubric_name``: name or path for the workers. ``slots``: parallel tasks. ``builder``: called
     when the first source is built. ``salt``: the teacher's secret. ``store``: None judges all
-    again. ``limits``: None on a cluster. ``shown``: returns the student for the reports.
+    submissions again. ``limits``: None on a cluster. ``shown``: returns the student for the reports.
     """
 
     rubric: Rubric

@@ -1,6 +1,6 @@
 """Second part of the pytest plugin: failed tests show the wrong formula in the board's firmware.
 
-The formulas are those of the rubric beside the firmware, or LAB3's.
+The rubric beside the firmware, or else LAB3's rubric, gives the formulas.
 """
 
 from __future__ import annotations

@@ -31,9 +31,9 @@ class CheckResult(ResultModel):
 
     ``check``: unique name ("3.pitch"). ``expected`` and ``actual``: sentences. ``printed``: the
     first wrong line, quoted, with its time. ``source``: the statement that prints the line or
-    switches the LED. ``finding``: kind of failure, for hints. ``fault``: its general kind.
-    ``detail``: what a student sees: everything, everything except the expected value, title and
-    outcome, or only the outcome.
+    switches the LED. ``finding``: kind of failure, for hints. ``fault``: the general kind.
+    ``detail``: a student sees everything; everything except the expected value; title and outcome;
+    or only the outcome.
     """
 
     check: str
@@ -92,7 +92,7 @@ class DiagnosedCause(ResultModel):
     details: tuple[str, ...] = ()
     fatal: bool = False
     data: dict[str, str] = Field(default_factory=dict)
-    """The parts of the summary by name, for use by programs."""
+    """Values in the summary by name, for use by programs."""
 
 
 class RunEvidence(ResultModel):

@@ -13,7 +13,7 @@ _actions: dict[Callable[[], None], None] = {}
 
 
 def before_exit(action: Callable[[], None]) -> None:
-    """Run ``action`` before the process ends, unless :func:`done` removes it. It may run twice."""
+    """Run ``action`` before the process ends, unless :func:`done` removes it. The action may run twice."""
     _actions[action] = None
 
 

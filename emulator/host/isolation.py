@@ -65,7 +65,7 @@ class WorkerLimits:
             raise InputError(f"limit memory_bytes {problem}")
 
     def apply(self) -> tuple[str, ...]:
-        """Apply the limits, and return those that the system does not enforce.
+        """Apply the limits, and return the limits that the system does not enforce.
 
         Existing limits that are lower remain. Processor time counts from the latest call. Call this
         method before large imports.

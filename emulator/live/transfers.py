@@ -60,7 +60,7 @@ def _shown(quantity: Quantity) -> tuple[str, float]:
 
 
 class Transfers:
-    """The latest transfers. Those of Python firmware are kept until :meth:`close`."""
+    """The latest transfers. Transfers of Python firmware are kept until :meth:`close`."""
 
     def __init__(self, board: Board) -> None:
         self._board = board

@@ -140,7 +140,7 @@ Length = Annotated[
 
 
 class Window(Table):
-    """A part of a run, by default until its end."""
+    """A part of a run, by default until the run's end."""
 
     from_: Duration = Field(0, alias="from")
     to: Duration | None = None

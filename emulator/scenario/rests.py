@@ -1,7 +1,7 @@
 """Find the mistake in lines that must follow a condition, from the lines printed at rest.
 
-Decision: lines are evaluated only at rests that are longer than ``max_gap``, LEDs at all moments,
-because a line can be missing only when it is due.
+Decision: lines are evaluated only at rests that are longer than ``max_gap``, but LEDs at all
+moments, because a line can be missing only when it is due.
 """
 
 from __future__ import annotations

@@ -317,7 +317,7 @@ class Recorder:
         self._times.forget(self._collected)
 
     def _add(self, raw: bytes, position: int) -> None:
-        """Add one line; the return of "\n\r" is not part of the next."""
+        """Add one line; the return of "\n\r" is not part of the next line."""
         begin = position + len(raw) - len(raw.lstrip(b"\r"))
         at_ps = max((self._times.ps(begin) - 1) // PS_PER_MS, 0) * PS_PER_MS
         text = decoded(raw).strip(" \r\t")

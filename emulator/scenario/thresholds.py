@@ -27,7 +27,7 @@ from fcu_emulator.emulator.scenario.fields import Duration, Length, Table
 
 _STEEPEST_DEG = 90.0
 _DIGITS = 6
-_FAR = 10  # in margins
+_FAR = 10  # distance in multiples of the margin
 
 
 class ThresholdTable(Table):

@@ -133,7 +133,7 @@ class Hold(MotionAction):
 
 
 class RotateTo(MotionAction):
-    """Rotate by the shortest arc, like a hand."""
+    """Rotate by the shortest arc, as a hand does."""
 
     MOVES: ClassVar[frozenset[str]] = ATTITUDE
     do: Literal["rotate_to"]

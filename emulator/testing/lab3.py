@@ -129,7 +129,7 @@ class PythonModel:
 class Compiled:
     """Functions of compiled firmware, called on the emulated processor.
 
-    ``firmware``: an ELF file, or a name. ``names``: names that differ from those of the lab, such
+    ``firmware``: an ELF file, or a name. ``names``: names that differ from the lab's names, such
     as ``{"yaw": "heading"}``. Functions without parameters use globals such as ``acc`` and
     ``pitch``.
     """
@@ -210,7 +210,7 @@ class Compiled:
 
 
 def lab3_properties(subject: Subject, **chosen: Any) -> type[Any]:
-    """Return a test class for pytest. The name of the variable for it must begin with Test.
+    """Return a test class for pytest. The name of the class's variable must begin with Test.
 
     ``chosen``: Hypothesis settings, such as ``max_examples=1000``.
     """

@@ -1,7 +1,7 @@
 """Scenarios in which a board shows counter-examples of the lab's laws.
 
-Decision: the scenario of a counter-example is first tried on the student's firmware and on the
-lab's, and shown only if it fails on the first and passes on the second. The sensors' finite
+Decision: the scenario of a counter-example is shown only if it fails on the student's firmware
+and passes on the lab's firmware. The sensors' finite
 resolution may hide an error.
 """
 
