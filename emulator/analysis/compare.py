@@ -176,7 +176,7 @@ def _inserted(
 
 
 def _runs_on(first: Sequence[ObservedItem], second: Sequence[ObservedItem], rules: Rules) -> bool:
-    """Return whether so many equal entries follow that chance is excluded."""
+    """Return whether enough equal entries follow to exclude chance."""
     pairs = list(zip(first[:_SAME_AFTER], second[:_SAME_AFTER], strict=False))
     texts = {one.text.strip() for one, _ in pairs}
     return len(pairs) >= 2 and len(texts) >= 2 and all(_same_text(one, other, rules) for one, other in pairs)
@@ -188,7 +188,9 @@ def _same_entry(name: str, one: ObservedItem, other: ObservedItem, rules: Rules,
         return _same_text(one, other, rules)
     (ticks, lost), (other_ticks, other_lost) = (map(int, count.groups()) for count in counts if count)
     most = max(ticks, other_ticks)
-    late = most * _grace_ps(rules, end_ps) / max(end_ps, 1)  # ticks by which one timer may start later
+    late = (
+        most * _grace_ps(rules, end_ps) / max(end_ps, 1)
+    )  # ticks by which one timer may start after the other timer
     return abs(ticks - other_ticks) <= late + 1 and abs(lost - other_lost) <= most / 100
 
 

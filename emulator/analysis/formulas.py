@@ -14,7 +14,7 @@ from typing import NamedTuple, TypeAlias
 from fcu_emulator.emulator.analysis.numbers import YAW, Hint, always_0
 from fcu_emulator.emulator.analysis.recorder import LabLine
 
-_FEWEST = 5  # blocks
+_FEWEST = 5  # minimum number of blocks
 _SHARE = 0.85  # share of the blocks that a formula must explain
 _DIFFERENT = 2  # minimum number of blocks that the correct formula does not explain
 _BETTER = 3  # factor by which a wrong formula must be nearer to the output than the correct one

@@ -188,7 +188,7 @@ class Board:
 
     @property
     def running(self) -> bool:
-        """Whether virtual time is passing, as in callbacks."""
+        """Whether virtual time is passing, for example during a callback."""
         return self._run.running
 
     def run_for(self, seconds: float) -> None:

@@ -1,7 +1,7 @@
 """``fcu check``: show which exercises are done, and details of the next one.
 
 Decision: problems that the diagnosis finds are shown before the failed checks, because the places of problems
-help most. If a problem stops main() or the samples, the hints of the checks are omitted, because they would distract.
+help most. If a problem stops main() or the samples, the hints of the checks are omitted, because hints would distract.
 """
 
 from __future__ import annotations

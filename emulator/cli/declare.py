@@ -1,4 +1,4 @@
-"""Options of a command as fields of a dataclass, which its function receives.
+"""Options of a command as fields of a dataclass. The command's function receives the dataclass.
 
 ::
 

@@ -413,7 +413,7 @@ class Stoppable(Protocol):
 
 @contextmanager
 def interruptible(run: Stoppable) -> Iterator[list[str]]:
-    """Yield a list. A signal ends the run and adds its name to this list.
+    """Yield a list. A signal ends the run and adds the signal's name to this list.
 
     A second Ctrl-C ends the program. Ignored signals stay ignored.
     """

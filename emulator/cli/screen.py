@@ -3,8 +3,8 @@
 Pipes, files and logs get plain text. The environment variable ``NO_COLOR`` (https://no-color.org)
 and ``TERM=dumb`` turn colours off.
 
-Decision: the progress line has a thread, so that it also shows the time of long steps and of other
-programs. Calls from each command's loop were rejected, because a loop makes no calls during a long
+Decision: the progress line has a thread, so that the time is updated even during long steps and
+while other programs run. Calls from each command's loop were rejected, because a loop makes no calls during a long
 step.
 """
 

@@ -38,7 +38,7 @@ Formulas = Mapping[str, Node]
 
 _MOST_MISTAKES: Final = 2
 _MOST_TRIED: Final = 5_000
-"""Maximum number of formulas to try for one printed number, which takes about a second."""
+"""Maximum number of formulas to try for one printed number. These trials take about a second."""
 _LOOSE: Final = 1e-3
 """If the tolerance is above this share of the value, equality proves nothing (sine of a large number)."""
 _FIRST: Final = 5

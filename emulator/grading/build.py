@@ -66,7 +66,7 @@ _LIMITED = (
     f"ulimit -S -t {_CPU_S}; ulimit -H -t {_CPU_S + 3}; ulimit -v {_MEMORY_KIB} 2>/dev/null; "
     f'ulimit -f {_FILE_BLOCKS}; ulimit -c 0; exec "$@"'
 )
-"""The soft limit of processor time is lower than the hard one, so SIGXCPU ends a process, not SIGKILL."""
+"""The soft limit of processor time is lower than the hard limit, so SIGXCPU ends a process, not SIGKILL."""
 _SYSTEM = ("/usr", "/bin", "/lib", "/lib32", "/lib64", "/etc/alternatives")
 """Folders that a compiler needs. On Debian, math.h is found only with /etc/alternatives."""
 _OF_A_TOOLCHAIN = (
@@ -208,7 +208,7 @@ class Builder:
         raise CompileError(built.log)
 
     def stop(self) -> None:
-        """Stop all compilers for good."""
+        """Stop all compilers permanently."""
         self._stopped = True
         with self._processes_lock:
             for process in self._processes:

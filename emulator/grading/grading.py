@@ -1,6 +1,6 @@
 """Grading of a class: every submission from its file to its verdict.
 
-Each submission has a task for a thread. Only a few threads run at a time.
+A thread processes each submission. Only a few threads run at the same time.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from fcu_emulator.emulator.grading.verdict import Verdict
 from fcu_emulator.emulator.host.isolation import WorkerLimits
 from fcu_emulator.emulator.text import one_line
 
-_MORE_THREADS = 2  # threads that read and build submissions while the workers judge others
+_MORE_THREADS = 2  # threads that read and build submissions while the workers judge other submissions
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,7 @@ def sensor_error(
 ) -> float | None:
     """Return a correct program's largest error near plus or minus ``value``, or None.
 
-    ``board``: deviations of the board, by default random, by the sensors' quality.
+    ``board``: deviations of the board, by default random for the sensors' quality.
     """
     wander_hpa = (board or BoardErrors.of_quality(settings.quality, 0)).pressure_wander_hpa
     if quantity.lower() in ("pitch", "roll"):

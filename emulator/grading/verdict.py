@@ -2,7 +2,7 @@
 
 The same firmware, rubric, seed and version give the same bytes everywhere.
 
-Decision: the outcome "unjudged" is separate, and the points of such checks are excluded from the
+Decision: the outcome "unjudged" is separate, and points of unjudged checks are excluded from the
 sum, so that a check without evaluation does not count as zero.
 """
 

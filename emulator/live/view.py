@@ -24,7 +24,7 @@ _LOOKS_OF_LOAD = 400  # number of samples in two seconds of virtual time
 
 
 def hello(board: Board, ways: list[str], exercises: list[dict[str, Any]]) -> messages.Hello:
-    """Return the session's constant data. ``ways``: commands that open its serial line."""
+    """Return the session's constant data. ``ways``: commands that open the board's serial line."""
     from importlib.metadata import version
 
     return messages.Hello(

@@ -1,7 +1,7 @@
 """Scenarios, which any number of boards can play, and their runs.
 
 Motions are planned when the board is created. After the first jump (``set_...``), every step is
-performed at its time, because a jump deletes the plans for its quantity.
+performed at its time, because a jump deletes the plans for the same quantity.
 
 Limits are checked between slices of virtual time. In Python firmware, virtual time passes only in
 HAL calls.

@@ -105,7 +105,7 @@ def put_in_place(
 ) -> tuple[dict[str, Any], list[ThresholdSection]]:
     """Return the table with motions instead of thresholds, and the part of the run for each threshold.
 
-    The function ``pick`` draws the order. By default, ``duration`` ends with the last rest. Raises
+    The function ``pick`` selects a random order. By default, ``duration`` ends with the last rest. Raises
     ScenarioError.
     """
     timeline = table.get("timeline", [])

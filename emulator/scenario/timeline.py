@@ -264,7 +264,7 @@ class SlamDoor(WorldAction):
 
 
 class Replay(WorldAction):
-    """Replay the signals of a recording, or follow its attitude."""
+    """Replay the signals of a recording, or follow the recording's attitude."""
 
     do: Literal["replay"]
     csv: RecordingFile
@@ -348,7 +348,7 @@ class Setter(Jump):
     """A value that changes without a motion."""
 
     def plan(self, world: World, start_s: float) -> None:
-        """Call the world's method by position, because its arguments have shorter names."""
+        """Call the world's method by position, because the method's arguments have shorter names."""
         del start_s
         getattr(world, dict(self)["do"])(*self.arguments().values())
 

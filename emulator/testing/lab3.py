@@ -342,7 +342,7 @@ class _Properties:
 
     @_of(hard_irons(), st.integers(100, 600), st.permutations(range(6)))
     def test_calibration_finds_any_offset(self, offset: Vector, field: int, order: list[int]) -> None:
-        """After each axis has pointed both ways along the field, only C's rounding error remains."""
+        """After each axis has pointed in both directions of the field, only C's rounding error remains."""
         self._require("calibration")
         ends = [_axis(axis, sign * field) for axis in range(3) for sign in (1, -1)]
         turned = [_plus(ends[index], offset) for index in order]
