@@ -16,7 +16,7 @@ TERMINAL, TIMER, END = "terminal", "timer", "end of the run"
 REGISTERS = " registers"
 """Suffix in the name of a register sequence, after the sensor's name."""
 MOST_EVENTS = 1_000_000
-"""Maximum number of compared events of a run, about 100 MB. An hour of the lab's firmware has 400,000."""
+"""Maximum number of compared events of a run, about 100 MB. An hour of the lab's firmware has 400,000 events."""
 _COMPARED = (GpioEdge, RegisterWrite, TerminalBytes)
 
 

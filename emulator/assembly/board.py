@@ -78,7 +78,7 @@ class Board:
     None to select the wiring by the firmware's symbols or a trial.
     ``seed``: selects offsets and noise. The default is the scenario's seed, else 0.
     ``ideal``: sensors without errors, on a board without iron.
-    ``cold_start``: True switches the supply on at t = 0, and the board warms up. The LSM6DSL does
+    ``cold_start``: if True, the supply is off before t = 0, and the board warms up. The LSM6DSL does
     not answer for 15 ms and the LIS2MDL for 20 ms (no acknowledge on I2C, 0xFF on SPI). By default
     the scenario decides; without a scenario, the supply has been on for a long time.
     ``crystal_hz``: the chip's crystal, 4 to 26 MHz. The default is the scenario's, else 16 MHz.

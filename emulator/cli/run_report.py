@@ -139,7 +139,7 @@ def _bus_errors(board: Board) -> Iterator[str]:
 
 
 _USUAL_NOTES = {("LIS2MDL", "no-temperature-compensation")}
-"""Notes that every correct run causes: the lab sets this bit only after it has switched the sensor on."""
+"""Notes that every correct run causes: the lab's firmware sets this bit only after it has switched the sensor on."""
 
 
 def _notes(board: Board, all_notes: bool) -> Iterator[str]:

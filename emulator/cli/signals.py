@@ -1,7 +1,7 @@
 """Requests to end: SIGTERM and SIGHUP raise :class:`Terminated`, so that every ``finally`` runs.
 
 Decision: a signal that is ignored at the start stays ignored, because with ``nohup`` the command
-must outlive the terminal.
+must continue after the terminal is closed.
 """
 
 from __future__ import annotations

@@ -205,7 +205,7 @@ class StatusEvent(SessionEvent):
 
 @dataclass(frozen=True)
 class State(SessionEvent):
-    """Current state of the board, 50 times a second.
+    """Current state of the board, sent 50 times a second.
 
     ``samples``: the firmware's latest readings by output id. ``done``: id of the latest
     :class:`Do`.
