@@ -261,7 +261,7 @@ class SMBus:
         self._write(i2c_addr, bytes((register, *data)))
 
     def i2c_rdwr(self, *i2c_msgs: I2CMessage) -> None:
-        """Transfer messages and fill read buffers. Raises InputError for flags except I2C_M_RD."""
+        """Transfer messages and fill read buffers. Raises InputError for all flags except I2C_M_RD."""
         for message in i2c_msgs:
             if message.flags & ~_READ:
                 raise InputError(

@@ -9,7 +9,7 @@ slower.
 Decision: entries are compared by position and not aligned by a diff algorithm, because the first
 mistake causes all later mistakes.
 
-Decision: both sequences end at the same time, not at the same entry.
+Decision: both sequences are compared up to the same time, not up to the same number of entries.
 """
 
 from __future__ import annotations
@@ -212,7 +212,7 @@ def _same_text(one: ObservedItem, other: ObservedItem, rules: Rules) -> bool:
 
 
 def _same_beginning(text: str, wanted: str, rules: Rules) -> bool:
-    """Compare a truncated line, whose last number may be incomplete."""
+    """Compare a truncated line. The number at its end may be incomplete."""
     if text.startswith(wanted) or wanted.startswith(text):
         return True
     if not rules.tolerance and "numbers" not in rules.ignore:

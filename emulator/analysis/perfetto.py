@@ -46,7 +46,7 @@ class PerfettoFile:
         self._file = BoundedFile(path, f"--perfetto {path}", most_bytes)
         self._first = True
         self._stack_now = _stack_of(board)
-        self._open: list[tuple[str, int]] = []  # functions in execution, outermost first, with start times
+        self._open: list[tuple[str, int]] = []  # functions in execution, the outermost first, and start times
         self._looks = self._in_callback = 0
         self._closed = False
         signals = board.signals

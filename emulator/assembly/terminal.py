@@ -49,7 +49,7 @@ class Terminal:
         return data
 
     def since(self, position: int) -> tuple[bytes, int]:
-        """Return the bytes after ``position``, and the position after them."""
+        """Return the bytes after ``position``, and the position after these bytes."""
         received = self.uart.received()
         start = max(position - self.uart.dropped, 0)
         return bytes(received[start:]), self.uart.dropped + len(received)

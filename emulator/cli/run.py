@@ -367,7 +367,7 @@ def _with_sources(result: Result, board: Board, recorder: TruthRecorder) -> Resu
 
 
 def _explain_wrong_numbers(board: Board, firmware: str | None, result: Result | None) -> list[Diagnosis]:
-    """Explain wrong numbers by wrong formulas, with the formulas of the project's rubric."""
+    """Explain wrong numbers by a comparison with the formulas of the project's rubric."""
     if result is None or board.scenario is None or board.chip is None:
         return []
     from fcu_emulator.emulator.scenario.expectations import ExpectField  # slow to import: pydantic

@@ -43,9 +43,9 @@ def end_at_once() -> None:
 
 
 def ask_again(unraisable: sys.UnraisableHookArgs) -> None:
-    """Repeat a request that Python could not raise.
+    """Repeat a request to end that Python could not raise as an exception.
 
-    Another thread repeats the request, because Python would ignore it again in this thread.
+    Another thread repeats the request, because Python would ignore the request in this thread.
     """
     error = unraisable.exc_value
     if isinstance(error, KeyboardInterrupt | Terminated):

@@ -44,7 +44,7 @@ class Port(Protocol):
     """One end of the line to a board."""
 
     def read(self) -> bytes | None:
-        """Return received bytes, b"" if there are none for a while, None at the end."""
+        """Return received bytes, b"" if no bytes arrive for a while, or None after the end of the connection."""
         ...
 
     def write(self, data: bytes) -> None:
@@ -74,7 +74,9 @@ class _TcpPort:
             return None
 
     def write(self, data: bytes) -> None:
-        while data:  # the timeout of reads also stops writes; sendall would not tell how much it has sent
+        while (
+            data
+        ):  # the timeout of reads also stops writes; sendall would not return the number of sent bytes
             with contextlib.suppress(TimeoutError):
                 data = data[self._socket.send(data) :]
 

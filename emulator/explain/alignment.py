@@ -131,7 +131,7 @@ class Alignment:
         return self._explained(self.formulas, output, printed, _MOST_MISTAKES)
 
     def difference(self, other: Alignment, output: str) -> Mistake | None:
-        """Return the first step whose formula differs in ``other``, as a mistake."""
+        """Return the first step with a different formula in ``other``, as a mistake."""
         for name in _in_order(self.formulas, output):
             if other.formulas[name] != self.formulas[name]:
                 self._values(self.formulas)

@@ -57,7 +57,7 @@ _SETTLE_S: Final = 0.2
 """Time to settle, enough for two samples of a sensor at 10 Hz."""
 _WORD, _PC = 4, 15
 _READ_S: Final = 0.1
-"""Time for reads, longer than the period in which the slowest sensor is read."""
+"""Time for reads, longer than the time between two reads of the slowest sensor."""
 _LOGGED_S: Final = 1.3
 """Logged time, longer than the lab's period of printing."""
 _LIBRARY: Final = re.compile(

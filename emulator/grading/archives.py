@@ -110,7 +110,7 @@ def _unpack(opened: zipfile.ZipFile, into: Path, bounds: Bounds, packed: int) ->
 
 
 def _set_time(target: Path, entry: zipfile.ZipInfo) -> None:
-    """Set the file's time from the archive."""
+    """Set the file's time to the time in the archive."""
     with suppress(OSError, ValueError, OverflowError):
         at = datetime(*entry.date_time).timestamp()
         os.utime(target, (at, at))

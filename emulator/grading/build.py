@@ -338,7 +338,7 @@ class Builder:
                 stdin=subprocess.DEVNULL,
                 stdout=sink,
                 stderr=subprocess.STDOUT,
-                start_new_session=True,  # a separate group, so that all its processes can be ended
+                start_new_session=True,  # a separate process group, so that all processes can be ended
                 **as_nobody,
             )
         with self._processes_lock:
@@ -405,7 +405,7 @@ class _Toolchain(NamedTuple):
 
 @functools.cache
 def _toolchain_of_path() -> _Toolchain:
-    """Return the toolchain of the compiler on the PATH, which may be a link or a script."""
+    """Return the toolchain of the compiler on the PATH. The compiler may be a link or a script."""
     found = Path(shutil.which(COMPILER) or COMPILER).resolve()
     said = subprocess.run([found, "-print-search-dirs"], capture_output=True, text=True, check=False).stdout
     install = Path(os.path.normpath(said.partition("\n")[0].removeprefix("install:").strip()))

@@ -1,6 +1,6 @@
 """Grading of a class: every submission from its file to its verdict.
 
-A thread processes each submission. Only a few threads run at the same time.
+Each submission is processed in a thread. Only a few threads run at the same time.
 """
 
 from __future__ import annotations

@@ -186,7 +186,7 @@ class Verdict(ResultModel):
         return tuple(one for one in self.evidence if exercise in one.exercises)
 
     def for_student(self, after_due_date: bool = False) -> Verdict:
-        """Return the visible checks with the allowed detail. Partly hidden runs lose truth and scenario."""
+        """Return the visible checks with the allowed detail. Omit truth and scenario of partly hidden runs."""
         shown = {"always", "after_due_date"} if after_due_date else {"always"}
         unnamed = {one.check for one in self.checks if one.visibility not in shown or one.detail == "none"}
         visible = tuple(_for_student(check, unnamed) for check in self.checks if check.visibility in shown)

@@ -116,7 +116,7 @@ def can_be_watched(board: Board, path: str) -> bool:
 
 
 def why_not_watched(board: Board, path: str) -> str:
-    """Return why a variable cannot be watched, with similar names."""
+    """Return the reason why a variable cannot be watched, and similar names."""
     names = variable_names(board)
     name = re.split(r"[.\[]", path, maxsplit=1)[0]
     if name in names:

@@ -78,7 +78,7 @@ class RunView:
 
 
 class Expectation(Expected):
-    """One ``[[expect]]`` table. ``ON_TERMINAL``: whether it needs output, which ends at a crash."""
+    """One ``[[expect]]`` table. ``ON_TERMINAL``: whether the result needs output. Output ends at a crash."""
 
     ON_TERMINAL: ClassVar[bool] = False
 

@@ -270,7 +270,7 @@ def _shows_the_past(samples: Sequence[_LedSample]) -> bool:
 
 
 def _threshold(samples: Sequence[_LedSample]) -> tuple[float, float] | None:
-    """Return the absolute angles between which the LED changes, or None if they may be correct."""
+    """Return the absolute angles between which the LED changes, or None if these angles may be correct."""
     sure = [one for before, one in pairwise(samples) if _is_sure(before, one)]
     lit = min((one for one in sure if one.lit), key=lambda one: abs(one.angle), default=None)
     dark = max((one for one in sure if not one.lit), key=lambda one: abs(one.angle), default=None)

@@ -223,7 +223,7 @@ _DRAWN_DIGITS = 2  # decimals of a drawn number, so that it is easy to read
 _DRAW_RIGHT = "uniform = [min, max] with two numbers or two durations, or one_of = [...]"
 
 Pick: TypeAlias = Callable[[str, int], float]
-"""Function ``pick(path, purpose)``, which returns a position in a range, 0 to 1, for a key path."""
+"""Function ``pick(path, purpose)``. It returns a position in a range, 0 to 1, for a key path."""
 
 
 def _by_seed(seed: int, name: str) -> Pick:

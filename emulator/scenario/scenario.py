@@ -1,4 +1,4 @@
-"""Scenarios, which any number of boards can play, and their runs.
+"""Scenarios and their runs. Any number of boards can play a scenario.
 
 Motions are planned when the board is created. After the first jump (``set_...``), every step is
 performed at its time, because a jump deletes the plans for the same quantity.

@@ -73,7 +73,7 @@ class ThresholdTable(Table):
         return [(name, round(value, _DIGITS)) for name, value in poses]
 
     def _far(self) -> float:
-        """Return a value far beyond the threshold, which shows whether a threshold is missing."""
+        """Return a value far beyond the threshold, to detect a missing threshold."""
         far = self.value + _FAR * self.margin
         return min(far, (self.value + self.margin + _STEEPEST_DEG) / 2) if self.is_angle else far
 

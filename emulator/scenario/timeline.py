@@ -364,7 +364,7 @@ class SetAttitude(Setter):
 
 
 class FollowAction(Jump):
-    """A motion by hand, which is continuous from one command to the next."""
+    """A motion by hand. It is continuous from one command to the next."""
 
     interrupts: bool = True
     time_constant: Length = HAND_PS

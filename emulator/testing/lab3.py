@@ -265,7 +265,7 @@ class _Properties:
 
     @property
     def counterexample(self) -> str:
-        """The scenario of the latest example, which may be an example that fails."""
+        """The scenario of the latest example. This example may be a failure."""
         return self._example()
 
     def board_scenario(self, test: Callable[[_Properties], None]) -> str:

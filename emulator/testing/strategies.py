@@ -165,10 +165,10 @@ def motions(
     most_moves: int = 4,
     expect: Sequence[Mapping[str, Any]] = (),
 ) -> GeneratedMotion:
-    """Strategy for motions that take some seconds.
+    """Strategy for motions that take a few seconds.
 
     If ``scenario`` is not given, a motion has up to ``most_moves`` turns to ``poses`` (default:
-    any) and lifts, with rests between them. It has ideal sensors and the expectations ``expect``.
+    any) and lifts, with rests between them. Its scenario has ideal sensors and the expectations ``expect``.
     If ``scenario`` is given, Hypothesis chooses the scenario's random values. A failure prints the scenario
     and the command for ``firmware``. Raises ScenarioError, InputError.
     """
