@@ -38,7 +38,7 @@ class Block(NamedTuple):
     mag: tuple[float, ...]
     pre: float
     raw_mag: tuple[float, ...] = ()
-    """MAG as measured by the sensor, with the board's hard iron."""
+    """MAG as measured by the sensor, including the board's hard iron."""
 
 
 class Formula(NamedTuple):

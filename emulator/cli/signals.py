@@ -43,7 +43,7 @@ def end_at_once() -> None:
 
 
 def ask_again(unraisable: sys.UnraisableHookArgs) -> None:
-    """Repeat a request to end that Python could not raise as an exception.
+    """Repeat a termination request that Python could not raise as an exception.
 
     Another thread repeats the request, because Python would ignore the request in this thread.
     """

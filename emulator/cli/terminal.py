@@ -1,7 +1,7 @@
 """``fcu terminal``: a serial terminal that sends each typed key to the board.
 
-Decision: output is passed to the console unchanged, so that recordings have every byte as the board
-sent it.
+Decision: output is passed to the console unchanged, so that recordings contain exactly
+the bytes that the board sent.
 
 Decision: the keyboard has a separate thread, because ``select`` does not support Windows' console.
 """

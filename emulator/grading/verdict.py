@@ -1,6 +1,6 @@
 """Verdict on a program, check by check, with evidence.
 
-The same firmware, rubric, seed and version give the same bytes everywhere.
+With the same firmware, rubric, seed and version, a verdict has the same bytes on every machine.
 
 Decision: the outcome "unjudged" is separate, and points of unjudged checks are excluded from the
 sum, so that a check without evaluation does not count as zero.

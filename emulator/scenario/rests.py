@@ -1,4 +1,4 @@
-"""Find the mistake in lines that must follow a condition, from the lines printed at rest.
+"""Use the lines printed at rest to find the mistake in lines that must follow a condition.
 
 Decision: lines are evaluated only at rests that are longer than ``max_gap``, but LEDs at all
 moments, because a line can be missing only when it is due.

@@ -83,7 +83,7 @@ DURATIONS = {"for_": "duration_s", "catch": "catch_s", "time_constant": "time_co
 
 
 class WorldAction(TimelineAction):
-    """A call of the method of the world that has the same name."""
+    """A call of the world's method with the name of this action."""
 
     def arguments(self) -> dict[str, Any]:
         """Return the method's arguments without the time."""
