@@ -75,7 +75,7 @@ def explain(board: Board, recorder: TruthRecorder, after_failure: bool = False) 
 
 
 def without_explained(causes: Iterable[_Cause], formulas: Iterable[Diagnosis]) -> list[_Cause]:
-    """Return the causes. Omit comparisons with the truth if ``formulas`` explain these fields."""
+    """Return the causes. Omit comparisons with the truth if ``formulas`` explain the compared fields."""
     explained = {field for one in formulas for field in _fields(one)}
     return [one for one in causes if one.kind != "numbers" or explained.isdisjoint(_fields(one))]
 

@@ -1,7 +1,7 @@
 """``fcu run --json FILE``: results of a run as one JSON object.
 
 ``schema`` grows when a key changes its meaning or is removed. Times are seconds. The file is
-written after the verdict, so an empty file means a killed run.
+written after the verdict, so the file stays empty if the run is killed.
 
 ==============  ====================================================================================
 exit_code       a code of :mod:`fcu_emulator.emulator.cli.exit_codes`; ``verdict``: its name

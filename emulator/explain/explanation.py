@@ -1,4 +1,4 @@
-"""Explain wrong printed numbers by the source line whose formula differs from the lab's."""
+"""Explain wrong printed numbers by the source line with a formula that differs from the lab's formula."""
 
 from __future__ import annotations
 
