@@ -7,9 +7,8 @@ Decision: the support layer is compiled only one time and copied into each build
 takes a tenth of the time. A container for each build was rejected: it needs a privileged service.
 
 Decision: after a failed build, a control program is compiled, and then the submission again,
-because the machine must never cause the result
-"does not compile". Searching the messages was rejected,
-because source code can produce the same messages.
+because the machine must never cause the result "does not compile". Searching the messages was
+rejected, because source code can produce the same messages.
 """
 
 from __future__ import annotations
