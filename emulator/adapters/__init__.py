@@ -1,6 +1,6 @@
 """Adapters for unmodified third-party Python drivers on the virtual board.
 
-They use ``board.i2c2``: :class:`BusioI2C` (CircuitPython), :class:`SMBus` (smbus2),
+Four adapters use ``board.i2c2``: :class:`BusioI2C` (CircuitPython), :class:`SMBus` (smbus2),
 :class:`MachineI2C` (MicroPython) and :class:`SensirionI2C` (sensirion-i2c-driver). With
 :func:`virtual_time`, drivers wait on the board's clock.
 

@@ -1,12 +1,11 @@
 """Bus objects of four I2C driver families, on a virtual board's I2C bus.
 
 Decisions
-    A driver must lock ``BusioI2C`` before use, as on a microcontroller, so that a driver that does
-    not lock it fails.
+    A driver that does not lock ``BusioI2C`` before use fails, as on a microcontroller.
 
     ``MachineI2C`` sends a stop even with ``stop=False``. ``i2c_rdwr`` of ``SMBus`` combines only a
     write and the next read. Sensors keep the sub-address after a stop, so a driver gets the same
-    bytes.
+    bytes as after a repeated start.
 """
 
 from __future__ import annotations
@@ -148,7 +147,7 @@ class MachineI2C:
             return scan(self._master)
 
     def writeto(self, addr: int, buf: Buffer, stop: bool = True) -> int:
-        """Write ``buf`` and return its length."""
+        """Write ``buf`` and return the number of its bytes."""
         del stop
         data = bytes(buf)
         with os_errors(ENODEV):
@@ -185,7 +184,7 @@ _READ = 0x0001  # I2C_M_RD
 
 
 class I2CMessage(Protocol):
-    """Interface of ``smbus2.i2c_msg``. ``buf`` points to ``len`` bytes. Iteration yields them."""
+    """Interface of ``smbus2.i2c_msg``. ``buf`` points to ``len`` bytes. Iteration yields these bytes."""
 
     addr: int
     flags: int
@@ -262,7 +261,7 @@ class SMBus:
         self._write(i2c_addr, bytes((register, *data)))
 
     def i2c_rdwr(self, *i2c_msgs: I2CMessage) -> None:
-        """Transfer messages and fill read buffers. Raises InputError for other flags than I2C_M_RD."""
+        """Transfer messages and fill read buffers. Raises InputError for all flags except I2C_M_RD."""
         for message in i2c_msgs:
             if message.flags & ~_READ:
                 raise InputError(

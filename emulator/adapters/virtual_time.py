@@ -26,7 +26,7 @@ _in_use: set[str] = set()  # modules that now run on a board's time
 def virtual_time(board: Board, *modules: ModuleType) -> Iterator[None]:
     """Make ``modules`` and their imported submodules use the board's clock.
 
-    Until the block ends, their references to the module ``time`` are replaced, and those to its
+    Until the block ends, their references to the module ``time`` are replaced, and references to its
     functions ``sleep``, ``monotonic``, ``perf_counter`` and ``time``, and to the ``_ns`` variants.
     The clocks count from power-on. Raises InputError if a module already uses a board's time.
     """
@@ -67,7 +67,7 @@ def _replacements(board: Board) -> dict[int, object]:
 
     def sleep(seconds: float) -> None:
         if seconds < 0:
-            raise ValueError("sleep length must be non-negative")  # as the real function
+            raise ValueError("sleep length must be non-negative")  # the text of the real function
         board.run_for(seconds)
 
     def now_s() -> float:

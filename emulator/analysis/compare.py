@@ -1,15 +1,15 @@
 """Comparison of two runs on the same scenario.
 
-The n-th entries of each sequence are compared, first the text, then the pace (time since the
-previous entry).
+For each sequence, the n-th entries of both runs are compared: first the text, then the pace (time
+since the previous entry).
 
 Decision: comparisons use the pace, not the time since power-on, because compiled code is 2 %
 slower.
 
-Decision: entries are compared by position, not by an alignment as ``diff`` computes it, because the
-first mistake causes all later ones.
+Decision: entries are compared by position and not aligned by a diff algorithm, because the first
+mistake causes all later mistakes.
 
-Decision: both sequences end at the same time, not at the same entry.
+Decision: both sequences are compared up to the same time, not up to the same number of entries.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ def compare(first: Observation, second: Observation, rules: Rules | None = None)
 
 
 def compared(first: Observation, second: Observation, rules: Rules) -> list[str]:
-    """Return the compared sequences' names."""
+    """Return the names of the sequences to compare."""
     return [
         name
         for name in first.sequences
@@ -176,7 +176,7 @@ def _inserted(
 
 
 def _runs_on(first: Sequence[ObservedItem], second: Sequence[ObservedItem], rules: Rules) -> bool:
-    """Return whether so many equal entries follow that chance is excluded."""
+    """Return whether enough equal entries follow to exclude chance."""
     pairs = list(zip(first[:_SAME_AFTER], second[:_SAME_AFTER], strict=False))
     texts = {one.text.strip() for one, _ in pairs}
     return len(pairs) >= 2 and len(texts) >= 2 and all(_same_text(one, other, rules) for one, other in pairs)
@@ -188,7 +188,7 @@ def _same_entry(name: str, one: ObservedItem, other: ObservedItem, rules: Rules,
         return _same_text(one, other, rules)
     (ticks, lost), (other_ticks, other_lost) = (map(int, count.groups()) for count in counts if count)
     most = max(ticks, other_ticks)
-    late = most * _grace_ps(rules, end_ps) / max(end_ps, 1)  # ticks by which one timer may start later
+    late = most * _grace_ps(rules, end_ps) / max(end_ps, 1)  # ticks between the starts of the timers, at most
     return abs(ticks - other_ticks) <= late + 1 and abs(lost - other_lost) <= most / 100
 
 
@@ -212,7 +212,7 @@ def _same_text(one: ObservedItem, other: ObservedItem, rules: Rules) -> bool:
 
 
 def _same_beginning(text: str, wanted: str, rules: Rules) -> bool:
-    """Compare a truncated line, whose last number may be incomplete."""
+    """Compare a truncated line. The number at its end may be incomplete."""
     if text.startswith(wanted) or wanted.startswith(text):
         return True
     if not rules.tolerance and "numbers" not in rules.ignore:

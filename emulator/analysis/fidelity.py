@@ -1,6 +1,6 @@
 """Fidelity tables of sensors, chip registers and board, from their declarations.
 
-``python -m fcu_emulator.emulator.analysis.fidelity docs/fidelity-tables.md`` rewrites them.
+``python -m fcu_emulator.emulator.analysis.fidelity docs/fidelity-tables.md`` updates the tables.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def chip_table() -> str:
 
 
 def board_table() -> str:
-    """Return the table of values drawn from a board's seed, as Markdown."""
+    """Return the table of random values that a board's seed selects, as Markdown."""
     lines = ["| figure | in a real board | unit | source |", "|---|---|---|---|"]
     for name, figure in BoardErrors.figures().items():
         lines.append(f"| `{name}`: {figure.doc} | {figure.size} | {figure.unit} | {figure.source} |")

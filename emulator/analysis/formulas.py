@@ -14,11 +14,11 @@ from typing import NamedTuple, TypeAlias
 from fcu_emulator.emulator.analysis.numbers import YAW, Hint, always_0
 from fcu_emulator.emulator.analysis.recorder import LabLine
 
-_FEWEST = 5  # blocks
+_FEWEST = 5  # minimum number of blocks
 _SHARE = 0.85  # share of the blocks that a formula must explain
 _DIFFERENT = 2  # minimum number of blocks that the correct formula does not explain
 _BETTER = 3  # factor by which a wrong formula must be nearer to the output than the correct one
-_NEAR_DEG = 4.0  # printing a block takes some 30 ms, and the board may turn meanwhile
+_NEAR_DEG = 4.0  # printing a block takes about 30 ms, and the board may turn meanwhile
 _NEAR_SHARE, _NEAR_M = 0.04, 0.3
 # tolerance for motion: this share of the truth's change in the last 0.15 s, at most 15
 _MOVING_SHARE, _MOST_MOVING = 0.3, 15.0
@@ -27,7 +27,7 @@ _LABELS = {"ACC[x,y,z]": "acc", "MAG[x,y,z]": "mag", "Pre:": "pre"}
 
 
 Near: TypeAlias = Callable[[float, float], float]
-"""Maximum distance of a printed value from a formula's value, as a function of this value and the scale."""
+"""Maximum distance of a printed value from a formula's value, as a function of the formula's value and the scale."""
 
 
 class Block(NamedTuple):
@@ -38,7 +38,7 @@ class Block(NamedTuple):
     mag: tuple[float, ...]
     pre: float
     raw_mag: tuple[float, ...] = ()
-    """MAG as measured by the sensor, with the board's hard iron."""
+    """MAG as measured by the sensor, including the board's hard iron."""
 
 
 class Formula(NamedTuple):
@@ -50,7 +50,7 @@ class Formula(NamedTuple):
     scale: float = 1.0
     """Factor by which noise and offsets are larger than in the correct formula."""
     period_deg: float = 360.0
-    """Period of the yaw, which is the size of its jumps."""
+    """Period of the yaw. The yaw jumps by this angle."""
 
 
 _NOTHING = (math.nan,) * 3

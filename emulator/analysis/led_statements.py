@@ -1,7 +1,7 @@
 """The statements in a firmware's source that switch LEDs.
 
-A statement is found if the LED's pin changed during it, or if it calls ``BSP_LED_On()`` or
-``BSP_LED_Off()`` with the LED's number. Calls that changed a pin show the numbers.
+A statement is found if the LED's pin changed during this statement, or if it calls ``BSP_LED_On()`` or
+``BSP_LED_Off()`` with the LED's number. Calls that changed a pin show the LEDs' numbers.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def led_place(arm: ArmFirmware, switches: LedSwitches, led: str) -> str:
 
 
 def _joined(places: Sequence[tuple[str, str]]) -> str:
-    """Join places with remarks. Omit a function's name if the previous place has the same name."""
+    """Join places with remarks. Omit a function's name if the previous place is in the same function."""
     parts, before = [], ""
     for place, remark in places:
         function, comma, line = place.partition(", ")
@@ -75,12 +75,12 @@ class _Statements:
         return path.replace("\\", "/").rpartition("/")[2] in self._files
 
     def callers(self, changes: Iterable[LedChange]) -> list[int]:
-        """Return the statements that made these changes, the most frequent first."""
+        """Return the statements that made these changes, the most frequent statement first."""
         found = Counter(site for one in changes if (site := self._caller(one)) is not None)
         return [one for one, _ in found.most_common()]
 
     def shown(self, sites: Iterable[int]) -> list[str]:
-        """Return the places of some statements. Omit those in main() (set-up) if there are others."""
+        """Return the places of some statements. Omit places in main() (set-up) if there are other places."""
         every = list(dict.fromkeys(sites))
         outside = [one for one in every if self.places.function_name(one) != _MAIN]
         return list(dict.fromkeys(map(self.places.place, outside or every)))[:_MOST_SHOWN]
@@ -97,7 +97,7 @@ class _Statements:
         return None
 
     def calls(self, name: re.Pattern[str], numbers: Mapping[int | None, str], led: str) -> Iterator[int]:
-        """Yield calls of functions of this name whose first argument is the LED's number."""
+        """Yield calls of functions of this name with the LED's number as first argument."""
         for function in self._functions():
             for site, target in calls_of(function, self._code):
                 is_switch = name.search(self.places.function_name(target))

@@ -110,7 +110,7 @@ def _sides(name: str, angle: str, looks: Sequence[_LedCondition]) -> Iterator[Di
         )
 
 
-# -- an LED that is toggled, and so is wrong half of the time -----------------------------------------------
+# -- an LED that is toggled, and therefore wrong half of the time -----------------------------------------------
 
 _FEWEST_EDGES = 4
 _STILL_G = 0.05
@@ -119,7 +119,7 @@ _TOGGLE = "BSP_LED_Toggle"
 
 
 def _toggled(board: Board, name: str, angle: str, looks: Sequence[_LedCondition]) -> Iterator[Diagnosis]:
-    """Yield an LED that changes at regular intervals on a still board."""
+    """Yield a diagnosis if an LED changes at regular intervals on a still board."""
     pin = board.led(name).pin
     edges_s = [edge.t_s for edge in board.trace.of(GpioEdge) if edge.pin == pin]
     for side, still in groupby(looks, key=lambda one: _side(one.angle) if _is_still(one) else None):

@@ -75,7 +75,7 @@ def explain(board: Board, recorder: TruthRecorder, after_failure: bool = False) 
 
 
 def without_explained(causes: Iterable[_Cause], formulas: Iterable[Diagnosis]) -> list[_Cause]:
-    """Return the causes. Omit comparisons with the truth if ``formulas`` explain these fields."""
+    """Return the causes. Omit comparisons with the truth if ``formulas`` explain the compared fields."""
     explained = {field for one in formulas for field in _fields(one)}
     return [one for one in causes if one.kind != "numbers" or explained.isdisjoint(_fields(one))]
 
@@ -235,7 +235,7 @@ def _full_scale(board: Board, group: Group, factor: float) -> tuple[str, ...]:
 
 
 def _rests_on(group: Group) -> set[str]:
-    if group in (TILT, MAG):  # a mistake in one vector also affects the other
+    if group in (TILT, MAG):  # a mistake in one vector also affects the other vector
         return {ACC.label}
     if group is YAW:
         return {ACC.label, MAG.label, "Pitch"}
@@ -321,7 +321,7 @@ def _misread(board: Board) -> Iterator[Diagnosis]:
 
 
 def _same_twice(reads: Sequence[BusTransfer]) -> Iterator[Diagnosis]:
-    """Yield a diagnosis if one of two sensors is read twice and the other is not read."""
+    """Yield a diagnosis if one of two sensors is read twice and the other sensor is not read."""
     bursts = [one.written[0] for one in reads if one.device == LSM6DSL.NAME and len(one.read) == 6]
     for twice, never, what in ((0x22, 0x28, "accelerometer"), (0x28, 0x22, "gyroscope")):
         if bursts.count(twice) >= 3 and never not in bursts and len(bursts) == len(reads) - _others(reads):

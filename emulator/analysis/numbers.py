@@ -1,7 +1,7 @@
 """Wrong numbers and their simple causes: factor, sign, axes, radians, wrap.
 
 Decision: printed numbers are compared with the world, not with the sensors' registers, because
-students see the movement of the board and not its registers.
+students see the board's movement and not the sensors' registers.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ TERMINAL, TIMER, END = "terminal", "timer", "end of the run"
 REGISTERS = " registers"
 """Suffix in the name of a register sequence, after the sensor's name."""
 MOST_EVENTS = 1_000_000
-"""Maximum number of compared events of a run, about 100 MB. An hour of the lab's firmware has 400,000."""
+"""Maximum number of compared events of a run, about 100 MB. An hour of the lab's firmware has 400,000 events."""
 _COMPARED = (GpioEdge, RegisterWrite, TerminalBytes)
 
 
@@ -92,7 +92,7 @@ def _timer(timer: TickCounts, now_ps: int) -> list[ObservedItem]:
 
 
 def is_led(name: str) -> bool:
-    """Return whether a sequence is an LED's."""
+    """Return whether a sequence belongs to an LED."""
     return name not in (TERMINAL, TIMER, END) and not name.endswith(REGISTERS)
 
 
@@ -138,7 +138,7 @@ def bytes_sent(events: Iterable[TerminalBytes], uart: Uart) -> Iterator[tuple[in
 
 
 def lines_of(text: Iterable[tuple[int, int]]) -> list[ObservedItem]:
-    """Convert timed bytes to lines. A line's time is that of its first byte except CR."""
+    """Convert timed bytes to lines. A line's time is the time of its first byte that is not CR."""
     lines: list[ObservedItem] = []
     line, began_ps = bytearray(), NEVER_PS
     for at_ps, byte in text:

@@ -39,14 +39,14 @@ _SP, _LR, _PC = 13, 14, 15
 
 
 class PerfettoFile:
-    """Writer of ``board``'s later events. Raises LinkError for an unusable file."""
+    """Writer of ``board``'s events from now on. Raises LinkError for an unusable file."""
 
     def __init__(self, board: Board, path: Path, most_bytes: int = LARGEST_FILE) -> None:
         self._board = board
         self._file = BoundedFile(path, f"--perfetto {path}", most_bytes)
         self._first = True
         self._stack_now = _stack_of(board)
-        self._open: list[tuple[str, int]] = []  # functions in execution, outermost first, with start times
+        self._open: list[tuple[str, int]] = []  # functions in execution, the outermost first, and start times
         self._looks = self._in_callback = 0
         self._closed = False
         signals = board.signals

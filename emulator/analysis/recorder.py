@@ -3,8 +3,8 @@
 The truth is a range, because a printed value is older than its line.
 
 Decision: the recorder samples the callback every 4.87 ms of virtual time and the LEDs every 48.7
-ms. It reads the terminal and computes the truth once per 100 samples. Doing so for each sample
-would take as long as the firmware itself. A line has the time of the first sample after its first
+ms. It reads the terminal and computes the truth once per 100 samples. Doing both for each sample
+would take as long as running the firmware. A line has the time of the first sample after its first
 byte.
 """
 
@@ -45,7 +45,7 @@ class ValueRange:
         return (self.low + self.high) / 2
 
     def distance(self, value: float) -> float:
-        """Return the distance of ``value`` from the range, 0 inside."""
+        """Return the distance of ``value`` from the range, or 0 inside the range."""
         return max(self.low - value, value - self.high, 0.0)
 
     def scaled(self, factor: float) -> ValueRange:
@@ -163,7 +163,7 @@ class TruthRecorder:
         return float(self._start_ps - -late_ps // _LOOK_PS * _LOOK_PS) / PS_PER_S
 
     def _look_at_callback(self, handled: Sequence[str], timer: str) -> None:
-        """Count a poll, except in fault handlers: a callback that they interrupt stays active."""
+        """Count a poll, except in fault handlers: a callback that a fault interrupts stays active."""
         if _FAULTS.isdisjoint(handled):
             self.looks_at_callback += 1
             self.callback_seen += any(timer in name for name in handled)

@@ -1,7 +1,7 @@
 """Replay of Python firmware on recorded samples. Only the firmware's arithmetic and text may differ.
 
-The main loop reads a line's values when the last bit of the previous text has left (TC, RM0368
-19.3.2). A callback begins with the first transfer after those of the previous callback. A loop that
+The main loop reads a line's values when the last bit of the previous text is sent (TC, RM0368
+19.3.2). A callback begins with the first transfer after the previous callback's transfers. A loop that
 reads variables immediately after a delay may read them a tick late.
 
 Decision: the transfers are fed to the firmware's HAL calls, not to its arithmetic, so that drivers
@@ -75,7 +75,7 @@ class _Read:
 
 
 class _Recording:
-    """A trace's sensor answers, and times of its text bytes."""
+    """The sensors' answers in a trace, and the times of its text bytes."""
 
     def __init__(self, board: Board) -> None:
         self.end_ps = board.clock.now_ps
@@ -89,7 +89,7 @@ class _Recording:
         self.left_ps = [at_ps + frame_ps for at_ps in self.sent_ps]
 
     def position(self, text: bytearray) -> int:
-        """Return the position after ``text`` in the recording, by its lines and further bytes."""
+        """Return the position after ``text`` in the recording, by the lines and further bytes of ``text``."""
         lines = text.count(_LF)
         if not lines:
             return len(text)

@@ -41,7 +41,7 @@ class SourceLines:
         return ""
 
     def callback(self) -> str:
-        """Return the waiting statement of the callback, or the callback's first line."""
+        """Return the callback's statement that waits, or the callback's first line."""
         if self._board.chip is None:
             return ""
         places = Places(self._board.chip.image)

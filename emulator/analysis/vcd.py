@@ -28,7 +28,7 @@ _FLUSH_EVERY = 5_000  # samples
 
 
 class VcdFile:
-    """Writer of ``board``'s later events. Raises InputError without pyvcd, or LinkError."""
+    """Writer of ``board``'s events from now on. Raises InputError without pyvcd, or LinkError."""
 
     def __init__(self, board: Board, path: Path, most_bytes: int = LARGEST_FILE) -> None:
         writer_class = _writer_class()

@@ -78,7 +78,7 @@ class Board:
     None to select the wiring by the firmware's symbols or a trial.
     ``seed``: selects offsets and noise. The default is the scenario's seed, else 0.
     ``ideal``: sensors without errors, on a board without iron.
-    ``cold_start``: True switches the supply on at t = 0, and the board warms up. The LSM6DSL does
+    ``cold_start``: if True, the supply is off before t = 0, and the board warms up. The LSM6DSL does
     not answer for 15 ms and the LIS2MDL for 20 ms (no acknowledge on I2C, 0xFF on SPI). By default
     the scenario decides; without a scenario, the supply has been on for a long time.
     ``crystal_hz``: the chip's crystal, 4 to 26 MHz. The default is the scenario's, else 16 MHz.
@@ -89,7 +89,7 @@ class Board:
 
     arm = OldName("chip")
     description: ClassVar[BoardDescription] = FCU001V1
-    """Description of the board type; a subclass may set another one."""
+    """Description of the board type; a subclass may set another description."""
 
     def __init__(
         self,
@@ -188,7 +188,7 @@ class Board:
 
     @property
     def running(self) -> bool:
-        """Whether virtual time is passing, as in callbacks."""
+        """Whether virtual time is passing, for example during a callback."""
         return self._run.running
 
     def run_for(self, seconds: float) -> None:
@@ -219,11 +219,11 @@ class Board:
         return _named(self.leds, name, "LED")
 
     def i2c(self, name: str | None = None) -> I2CMaster:
-        """Return the named bus master ("I2C2"), or the first one."""
+        """Return the named bus master ("I2C2"), or the first bus master."""
         return _named(self._i2c, name, "I2C bus")
 
     def spi(self, name: str | None = None) -> SpiMaster:
-        """Return the named bus master ("SPI2"), or the first one."""
+        """Return the named bus master ("SPI2"), or the first bus master."""
         return _named(self._spi, name, "SPI bus")
 
     def recent_transfers(self) -> list[BusTransfer]:
@@ -283,8 +283,8 @@ class Board:
 
         Numbers are passed by value. For a pointer, pass an address, a string, bytes, a structure's
         members (mapping, object or sequence), or a sequence of values to point to. Changes of these
-        values are copied back to lists, dictionaries, objects and byte arrays. The chip is then
-        restored, unless ``keep`` is set.
+        values are copied back to lists, dictionaries, objects and byte arrays. After the
+        call, the chip is restored, unless ``keep`` is set.
 
         ``max_instructions`` limits functions that compute; ``timeout_s`` (virtual time) limits
         functions that wait. Raises InputError if the function cannot be called, and CallError if it fails or
@@ -415,7 +415,7 @@ def _given_as_profile(wiring: str) -> str:
 
 
 def _diagnosis_of(arm: ArmFirmware | None) -> Callable[[], str]:
-    """Return a function without a reference to the board."""
+    """Return a function that describes a failure and has no reference to the board."""
     return arm.diagnosis_text if arm is not None else lambda: ""
 
 

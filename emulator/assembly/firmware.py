@@ -4,7 +4,7 @@ CubeMX names a handle after its peripheral (``hspi2``, ``hi2c2``). The handles t
 contains select the wiring.
 
 Decision: a firmware with handles of both buses, or without symbols, is tried on each wiring, first
-on the usual wiring. It gets the first wiring on which a sensor answers.
+on the usual wiring. The first wiring on which a sensor answers is used.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def choose(
 ) -> Choice:
     """Return the firmware and its wiring. Raises InputError.
 
-    ``name``: the wiring's name, or None to select one. ``reaches_sensors`` returns whether a sensor
+    ``name``: the wiring's name, or None to select a wiring. ``reaches_sensors`` returns whether a sensor
     answers on a wiring. ``settings`` are for Python firmware.
     """
     wiring = board.wiring(name)

@@ -6,10 +6,10 @@ new attribute. For each kind of object, the walk records:
 * objects of this package, of ``sensors``, and of subclasses: attributes;
 * lists, dictionaries, sets, deques and byte arrays: contents, restored in place because they are
   shared;
-* functions of these packages: closures, whose variables must never be rebound;
+* functions of these packages: closures (the variables of closures must never be rebound);
 * objects with ``snapshot()`` and ``restore(state)``: also their state outside Python. The trace is
   not walked;
-* numpy arrays, whose contents never change in place, and all other objects: the reference.
+* numpy arrays (never changed in place) and all other objects: the reference.
 
 A board with Python firmware has no snapshots, because its stack cannot be copied.
 """

@@ -11,7 +11,7 @@ from fcu_emulator.emulator.clock import PS_PER_S, Clock, to_ps
 from fcu_emulator.emulator.errors import ExpectationError, InputError
 
 _LOOK_EVERY_PS = PS_PER_S // 100  # step of expect() between two checks
-_TAIL, _LINES = 2_000, 8  # size of the output in an error
+_TAIL, _LINES = 2_000, 8  # bytes and lines of output that an error shows
 
 
 def _bytes_of(data: bytes, characters: int) -> int:
@@ -34,7 +34,7 @@ class Terminal:
         self._clock = clock
         self._run_until = run_until_ps
         self._read = 0  # number of bytes since power-on that read() has returned
-        self._matched = -1, 0  # end of the match of expect(), with its time
+        self._matched = -1, 0  # time and end of the latest match of expect()
         self.diagnosis: Callable[[], str] = lambda: ""
         """Function that returns the firmware's problems, for error messages."""
 
@@ -49,7 +49,7 @@ class Terminal:
         return data
 
     def since(self, position: int) -> tuple[bytes, int]:
-        """Return the bytes after ``position``, and the position after them."""
+        """Return the bytes after ``position``, and the position after these bytes."""
         received = self.uart.received()
         start = max(position - self.uart.dropped, 0)
         return bytes(received[start:]), self.uart.dropped + len(received)
@@ -66,7 +66,7 @@ class Terminal:
 
     @property
     def typing_left(self) -> int:
-        """Typed bytes that have not arrived."""
+        """Number of typed bytes that have not arrived."""
         return self.uart.typing_left
 
     @property

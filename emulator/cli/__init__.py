@@ -1,6 +1,6 @@
 """Entry point of ``fcu``. Every error becomes one line and an exit code.
 
-Large modules are imported inside functions, so that ``fcu --help`` answers immediately.
+Large modules are imported inside functions, so that ``fcu --help`` prints immediately.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def _execute_and_clean_up(arguments: Sequence[str]) -> int:
 
 
 def _start_quickly() -> None:
-    """Change defaults of libraries that take a sixth of the start-up time."""
+    """Change library defaults that take a sixth of the start-up time."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices here are 3 x 3
     gc.set_threshold(20_000)  # fewer collections: loaded modules are never garbage
 
@@ -113,7 +113,7 @@ def _interrupted(request: BaseException) -> int:
 
 
 def _request_inside(error: BaseException) -> BaseException | None:
-    """Return the request to end that ``error`` wraps, as ``__set_name__`` does before Python 3.12."""
+    """Return the request to end that ``error`` wraps. Before Python 3.12, ``__set_name__`` wraps exceptions."""
     found: BaseException | None = error
     while found is not None and not isinstance(found, KeyboardInterrupt | Terminated):
         found = found.__cause__ or found.__context__

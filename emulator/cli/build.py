@@ -1,4 +1,4 @@
-"""``fcu build``: build a project of ``fcu new`` without make, to the same bytes.
+"""``fcu build``: build a project of ``fcu new`` without make, with an identical result.
 
 Decision: the program's own files are compiled in every build, because the compiler's warnings must
 appear. Files of ``support/`` are compiled only after a change.
@@ -230,7 +230,7 @@ def _write_text(file: Path, text: str) -> None:
 
 
 def _chosen(prefix: str) -> Path:
-    """Return the compiler that PREFIX names (environment, then Makefile), or the first that is found."""
+    """Return the compiler that PREFIX names (environment, then Makefile), or the first compiler found."""
     prefix = os.environ.get("PREFIX", "") or prefix
     if prefix and prefix != "arm-none-eabi-":
         return Path(f"{prefix}gcc")

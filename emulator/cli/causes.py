@@ -15,7 +15,7 @@ _LED = re.compile(r"\bLED\d*\b")
 
 
 def relevant_causes(causes: Iterable[DiagnosedCause], failed: Iterable[CheckResult]) -> list[DiagnosedCause]:
-    """Return the failed checks' distinct causes, fatal ones first."""
+    """Return the failed checks' distinct causes, fatal causes first."""
     about = {led for check in failed for led in _leds(f"{check.title} {check.expected} {check.actual}")}
     found: dict[str, DiagnosedCause] = {}
     for cause in causes:

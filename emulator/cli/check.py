@@ -1,7 +1,7 @@
 """``fcu check``: show which exercises are done, and details of the next one.
 
-Decision: problems that the diagnosis finds are shown before the failed checks, because their places help most. If a
-problem stops main() or the samples, the hints of the checks are left out, because they would distract from it.
+Decision: problems that the diagnosis finds are shown before the failed checks, because the places of problems
+help most. If a problem stops main() or the samples, the hints of the checks are omitted, because hints would distract.
 """
 
 from __future__ import annotations
@@ -319,7 +319,7 @@ class _Screen:
                 yield from wrapped(f"  Not judged: {check.title}: {check.unjudged_because}", hang=0)
 
     def _causes(self, name: str) -> list[DiagnosedCause]:
-        """Return the diagnoses of the failed runs, fatal ones first."""
+        """Return the diagnoses of the failed runs, fatal diagnoses first."""
         causes = (cause for run in self._failed_runs(name) for cause in (*_stop(run), *run.causes))
         return relevant_causes(causes, self._not_passed(name))
 
@@ -377,7 +377,7 @@ class _Screen:
         return command_line([*words, "--scenario", str(scenario)] if scenario else words)
 
     def _is_said(self, remark: CheckResult) -> bool:
-        """Return whether the displayed warning of the compiler says the same."""
+        """Return whether the displayed warning of the compiler is part of the remark."""
         done = all(self._verdict.is_done(name) for name in self._names)
         return bool(self._warning) and not done and self._warning[:_COMPARED] in remark.actual
 
@@ -392,7 +392,7 @@ class _Screen:
                 )
 
     def _is_written(self, name: str, advice: str) -> bool:
-        """Return whether an exercise has points, or its program has advised functions or wrong lines."""
+        """Return whether the student has begun an exercise, by its points, advised functions or findings."""
         if any(one.points for one in self._verdict.of(name)):
             return True
         functions = _FUNCTION.findall(advice)

@@ -1,4 +1,4 @@
-"""Options of a command as fields of a dataclass, which its function receives.
+"""Options of a command as fields of a dataclass. The command's function receives the dataclass.
 
 ::
 
@@ -75,7 +75,7 @@ class Command(click.Command):
     """A command that accepts old option names with a warning."""
 
     def renamed_options(self) -> dict[str, str]:
-        """Return current option names by old ones."""
+        """Return the current option name for each old name."""
         options = (one for one in self.params if isinstance(one, _Option))
         return {one.renamed_from: one.opts[0] for one in options if one.renamed_from is not None}
 

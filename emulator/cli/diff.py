@@ -37,7 +37,7 @@ _LONGEST = 100  # characters
 def compare_firmwares(options: DiffOptions) -> ExitCode:
     """Run both firmwares and print the differences. Raises FcuError.
 
-    Return PASSED without differences, if both runs have ended normally.
+    Return PASSED if no difference is found and both runs have ended normally.
     """
     rules = Rules(
         _duration("--time-tolerance", options.time_tolerance),

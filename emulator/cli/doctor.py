@@ -44,7 +44,7 @@ _MARK = 11  # width of the column of marks
 
 @dataclass(frozen=True)
 class MachineCheck:
-    """One line of the report. ``needed``: the board cannot run without it."""
+    """One line of the report. ``needed``: the board cannot run without this item."""
 
     ok: bool
     text: str

@@ -86,7 +86,7 @@ class LabExercises:
             self._running = None
 
     def _question(self, exercise: str) -> str:
-        """Return the question of the run of the exercise or its first check, or ""."""
+        """Return the question of the exercise's run or else of its first check's run, or ""."""
         table = self._rubric.exercise(exercise)
         run = table.run or self._rubric.run_of(table, table.check[0])
         question = self._rubric.scenario(run, 0).question

@@ -10,7 +10,7 @@
 141     the reader of standard output has closed it, as in ``fcu ... | head``
 ======  ==========================================================================================
 
-Decision: exit codes 1 and 3 always describe the firmware, and a failure outside of it has code 4,
+Decision: exit codes 1 and 3 always describe the firmware, and a failure outside of the firmware has code 4,
 so that a grader can tell "wrong" from "try again".
 
 Decision: ``fcu web`` reports its scenario's expectations but exits with 0, because the user may

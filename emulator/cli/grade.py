@@ -251,7 +251,7 @@ def _progress(length: int) -> Iterator[Callable[[Graded], None]]:
 
 
 class _ProgressLines:
-    """Printer of a line after each tenth of the class or two minutes, at most one in ten seconds."""
+    """Printer of a line after each tenth of the class or two minutes, at most one line in ten seconds."""
 
     def __init__(self, length: int) -> None:
         self._length = length
@@ -336,7 +336,7 @@ def _submitter(metadata: Path) -> Student:
 
 
 def _late_by_s(metadata: Path) -> float:
-    """Return the delay in seconds after the latest due date in the group, 0 if it is unknown."""
+    """Return the delay in seconds after the latest due date in the group, or 0 if the delay is unknown."""
     try:
         table = _metadata(metadata)
         own = [user.get("assignment", {}).get("due_date") for user in table["users"]]

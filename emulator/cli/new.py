@@ -90,7 +90,7 @@ def _write_text(path: Path, text: str) -> None:
 
 
 def main_of(rubric: Rubric) -> str:
-    """Return main.c. It prints the start-up line of LAB3 if the rubric expects this line."""
+    """Return main.c. The program prints the start-up line of LAB3 if the rubric expects this line."""
     if arm.BOOT_LINE in lines_of(rubric):
         return arm.template_of(rubric.title, arm.BOOT_LINE)
     return arm.template_of(rubric.title)

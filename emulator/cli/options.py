@@ -16,7 +16,7 @@ BUS = click.Choice(["I2C2", "SPI2"])
 GESTURES = ("lift", "tap", "shake", "free_fall", "figure_eight", "turn_over", "pass_magnet", "flat")
 
 Ignorable: TypeAlias = Literal["time", "numbers", "registers", "leds"]
-"""Copy from ``analysis.compare``, which ``fcu --help`` must not load."""
+"""Copy from ``analysis.compare``. ``fcu --help`` must not load this module."""
 SubmissionType: TypeAlias = Literal["source", "firmware"]
 """Copy from ``grading.submissions``."""
 
@@ -317,7 +317,7 @@ class WebOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class CheckOptions:
-    """Arguments of ``fcu check``. ``rubric``: None uses that of the project, or else of LAB3."""
+    """Arguments of ``fcu check``. ``rubric``: None selects the project's rubric, or else LAB3's."""
 
     target: str = argument(metavar="[FOLDER|FILE]", default=".")
     exercises: tuple[str, ...] = option(

@@ -165,7 +165,7 @@ def _flash_of(path: Path) -> bytes:
 
 
 def create_board(options: RunOptions) -> Board:
-    """Return the described board. Raises InputError."""
+    """Return the board for these options. Raises InputError."""
     firmware = options.firmware
     if firmware is None and options.scenario is None:
         firmware = FCU001V1.default_firmware
@@ -353,7 +353,7 @@ def _judge_and_say(board: Board, runner: Runner, record: RunRecord) -> ExitCode:
 
 
 def _with_sources(result: Result, board: Board, recorder: TruthRecorder) -> Result:
-    """Add to each failed expectation the firmware's statement that it checks."""
+    """Add to each failed expectation the firmware's statement that the expectation checks."""
     if board.chip is None or board.scenario is None or result.passed:
         return result
     from fcu_emulator.emulator.analysis.source_lines import SourceLines  # slow to import: pydantic
@@ -367,7 +367,7 @@ def _with_sources(result: Result, board: Board, recorder: TruthRecorder) -> Resu
 
 
 def _explain_wrong_numbers(board: Board, firmware: str | None, result: Result | None) -> list[Diagnosis]:
-    """Explain wrong numbers by wrong formulas, with the formulas of the project's rubric."""
+    """Explain wrong numbers by a comparison with the formulas of the project's rubric."""
     if result is None or board.scenario is None or board.chip is None:
         return []
     from fcu_emulator.emulator.scenario.expectations import ExpectField  # slow to import: pydantic
@@ -413,7 +413,7 @@ class Stoppable(Protocol):
 
 @contextmanager
 def interruptible(run: Stoppable) -> Iterator[list[str]]:
-    """Yield a list. A signal ends the run and adds its name to this list.
+    """Yield a list. A signal ends the run and adds the signal's name to this list.
 
     A second Ctrl-C ends the program. Ignored signals stay ignored.
     """

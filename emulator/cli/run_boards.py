@@ -37,7 +37,7 @@ _OF_ONE_BOARD: dict[str, tuple[object, ...]] = {
 
 
 def run_on_boards(options: RunOptions, count: int) -> ExitCode:
-    """Run on ``count`` boards, and print a line for each and a summary. Raises FcuError."""
+    """Run on ``count`` boards, and print a line for each board and a summary. Raises FcuError."""
     _refuse_useless(options)
     board = create_board(options)
     if board.scenario is None or not board.scenario.expectations:

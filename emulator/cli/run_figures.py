@@ -3,7 +3,8 @@ callback.
 
 The callback's load is estimated by sampling, to two digits.
 
-Decision: the callback's load is not given for Python firmware, whose time passes only in HAL calls.
+Decision: the callback's load is not given for Python firmware, because its time passes only in
+HAL calls.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
 """``fcu run --json FILE``: results of a run as one JSON object.
 
 ``schema`` grows when a key changes its meaning or is removed. Times are seconds. The file is
-written after the verdict, so an empty file means a killed run.
+written after the verdict, so the file stays empty if the run is killed.
 
 ==============  ====================================================================================
 exit_code       a code of :mod:`fcu_emulator.emulator.cli.exit_codes`; ``verdict``: its name
 error           the error that ended the run, or null
-timer           the lab's timer: rate, ticks, late and lost ones, longest wait
+timer           the lab's timer: rate, ticks, late ticks, lost ticks, longest wait
 chip            resets and similar events
 bus_errors      failed transfers
 bytes_lost      received bytes that the firmware read too late

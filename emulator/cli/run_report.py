@@ -1,7 +1,7 @@
 """Output of ``fcu run`` on stderr: progress, explanation of a failure, summary.
 
-Firmware is diagnosed after three virtual seconds without output, and again each time that this
-silence has doubled.
+Firmware is diagnosed after three virtual seconds without output, and again each time the silence
+has doubled.
 """
 
 from __future__ import annotations
@@ -139,7 +139,7 @@ def _bus_errors(board: Board) -> Iterator[str]:
 
 
 _USUAL_NOTES = {("LIS2MDL", "no-temperature-compensation")}
-"""Notes that every correct run causes: the lab sets this bit only after it has switched the sensor on."""
+"""Notes that every correct run causes: the lab's firmware sets this bit only after it has switched the sensor on."""
 
 
 def _notes(board: Board, all_notes: bool) -> Iterator[str]:

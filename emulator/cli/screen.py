@@ -3,8 +3,8 @@
 Pipes, files and logs get plain text. The environment variable ``NO_COLOR`` (https://no-color.org)
 and ``TERM=dumb`` turn colours off.
 
-Decision: the progress line has a thread, so that it also shows the time of long steps and of other
-programs. Calls from each command's loop were rejected, because a loop makes no calls during a long
+Decision: the progress line has a thread, so that the time is updated even during long steps and
+while other programs run. Calls from each command's loop were rejected, because a loop makes no calls during a long
 step.
 """
 
@@ -81,7 +81,7 @@ class Say(Protocol):
 def say(line: str, look: Look | None = None, mark: str = "", *, wrap: bool = True) -> None:
     """Print a line on stderr with the prefix ``fcu:``. Control characters become escapes.
 
-    ``mark``, such as "FAIL", begins the line and has its colour. A terminal wraps long lines,
+    ``mark``, such as "FAIL", begins the line. Only the mark then has the colour ``look``. A terminal wraps long lines,
     unless ``wrap`` is False.
     """
     text = visible(line)
@@ -102,7 +102,7 @@ def gap() -> None:
 class ProgressLine:
     """A context that shows a line on stderr with ``text`` and the elapsed time.
 
-    It appears after a second, only on a terminal. ``visible_if``: a further condition.
+    The line appears after one second, only on a terminal. ``visible_if``: a further condition.
     """
 
     _current: ProgressLine | None = None

@@ -1,7 +1,7 @@
 """Requests to end: SIGTERM and SIGHUP raise :class:`Terminated`, so that every ``finally`` runs.
 
 Decision: a signal that is ignored at the start stays ignored, because with ``nohup`` the command
-must outlive the terminal.
+must continue after the terminal is closed.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _raised: list[int] = []
 
 
 class Terminated(BaseException):
-    """Signal ``number`` asked the process to end. ``except Exception`` does not catch this."""
+    """Signal ``number`` asked the process to end. ``except Exception`` does not catch this exception."""
 
     def __init__(self, number: int) -> None:
         self.number = number
@@ -43,9 +43,9 @@ def end_at_once() -> None:
 
 
 def ask_again(unraisable: sys.UnraisableHookArgs) -> None:
-    """Repeat a request that Python could not raise.
+    """Repeat a termination request that Python could not raise as an exception.
 
-    Another thread repeats the request, because Python would ignore it again in this thread.
+    Another thread repeats the request, because Python would ignore the request in this thread.
     """
     error = unraisable.exc_value
     if isinstance(error, KeyboardInterrupt | Terminated):

@@ -1,7 +1,7 @@
 """``fcu terminal``: a serial terminal that sends each typed key to the board.
 
-Decision: output is passed to the console unchanged, so that recordings have every byte as the board
-sent it.
+Decision: output is passed to the console unchanged, so that recordings contain exactly
+the bytes that the board sent.
 
 Decision: the keyboard has a separate thread, because ``select`` does not support Windows' console.
 """
@@ -44,7 +44,7 @@ class Port(Protocol):
     """One end of the line to a board."""
 
     def read(self) -> bytes | None:
-        """Return received bytes, b"" if there are none for a while, None at the end."""
+        """Return received bytes, b"" if no bytes arrive for a while, or None after the end of the connection."""
         ...
 
     def write(self, data: bytes) -> None:
@@ -74,7 +74,9 @@ class _TcpPort:
             return None
 
     def write(self, data: bytes) -> None:
-        while data:  # the timeout of reads also stops writes; sendall would not tell how much it has sent
+        while (
+            data
+        ):  # the timeout of reads also stops writes; sendall would not return the number of sent bytes
             with contextlib.suppress(TimeoutError):
                 data = data[self._socket.send(data) :]
 
@@ -143,7 +145,7 @@ class _ControlPort:
 
 
 def open_port(where: str | None, board: str | None = None) -> tuple[str, Port]:
-    """Return the name and the port, by default those of the running board. Raises InputError."""
+    """Return the name and the port, by default for the running board. Raises InputError."""
     if where is None:
         running = the_running_board(board)
         if not running.serial:
@@ -241,7 +243,7 @@ class Console:
 if sys.platform != "win32":
 
     def _raw(descriptor: int) -> Callable[[], None]:
-        """Make the console return each key, even Ctrl-C, at once. Return a function that undoes it.
+        """Make the console return each key, even Ctrl-C, immediately. Return a function that undoes this.
 
         The mode of the output does not change.
         """

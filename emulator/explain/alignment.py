@@ -38,7 +38,7 @@ Formulas = Mapping[str, Node]
 
 _MOST_MISTAKES: Final = 2
 _MOST_TRIED: Final = 5_000
-"""Maximum number of formulas to try for one printed number, which takes about a second."""
+"""Maximum number of formulas to try for one printed number. These trials take about a second."""
 _LOOSE: Final = 1e-3
 """If the tolerance is above this share of the value, equality proves nothing (sine of a large number)."""
 _FIRST: Final = 5
@@ -131,7 +131,7 @@ class Alignment:
         return self._explained(self.formulas, output, printed, _MOST_MISTAKES)
 
     def difference(self, other: Alignment, output: str) -> Mistake | None:
-        """Return the first step whose formula differs in ``other``, as a mistake."""
+        """Return the first step with a different formula in ``other``, as a mistake."""
         for name in _in_order(self.formulas, output):
             if other.formulas[name] != self.formulas[name]:
                 self._values(self.formulas)
@@ -173,7 +173,7 @@ class Alignment:
         return bool(np.where(finite, near, ~np.isfinite(printed.values)).all())
 
     def _may_fit(self, value: float, printed: PrintedNumbers) -> bool:
-        """Return False if a value in the first logged pose shows that :meth:`_fits` returns False.
+        """Return False if a value in the first logged pose shows that :meth:`_fits` would return False.
 
         The limit is twice the largest tolerance, because library functions differ in the last bits.
         """
@@ -266,7 +266,7 @@ class Alignment:
     def _computed(
         self, formulas: Formulas, name: str, output: str, printed: PrintedNumbers
     ) -> Mistake | None:
-        """Find an edit of a formula that gives the printed numbers and whose value is in the log."""
+        """Find an edited formula that gives the printed numbers and has logged values."""
         for computed in edits(formulas[name], self._before(formulas, name)):
             samples = self._evaluator(computed)
             if (
@@ -278,7 +278,7 @@ class Alignment:
         return None
 
     def _edited(self, formulas: Formulas, name: str, output: str, printed: PrintedNumbers) -> Mistake | None:
-        """Find an edit of a formula that gives the printed numbers."""
+        """Find an edited formula that gives the printed numbers."""
         for computed in edits(formulas[name], self._before(formulas, name)):
             if self._tried > _MOST_TRIED:
                 return None
@@ -354,7 +354,7 @@ class Alignment:
         )
 
     def _in_first_pose(self, formulas: Formulas, name: str, computed: Node, output: str) -> float:
-        """Return an output in the first logged pose if one step has another formula."""
+        """Return an output's value in the first logged pose if one step has another formula."""
         values = dict(self._first_pose)
         for step, formula in ((name, computed), *self._later(formulas, name, output)):
             value = number(formula, values)
@@ -364,7 +364,7 @@ class Alignment:
         return values[output]
 
     def _changed(self, formulas: Formulas, name: str, computed: Node, output: str) -> Samples:
-        """Return an output in all poses if one step has another formula."""
+        """Return an output's values in all poses if one step has another formula."""
         evaluator = self._evaluator
         kept = dict(evaluator.values)
         evaluator.values[name] = evaluator(computed)

@@ -32,7 +32,7 @@ class LabCall:
 def never_called(image: FirmwareImage, calls: Iterable[LabCall]) -> Iterator[tuple[LabCall, Diagnosis]]:
     """Yield the functions that the program defines and never calls, in the order of ``calls``.
 
-    A function counts as called if any instruction or word of the image has its address. Without
+    A function counts as called if any instruction or word of the image contains its address. Without
     debug information, nothing is yielded.
     """
     symbols = image.symbols
@@ -55,7 +55,7 @@ def never_called(image: FirmwareImage, calls: Iterable[LabCall]) -> Iterator[tup
 def _neighbour(
     image: FirmwareImage, places: Places, missing: LabCall, calls: Sequence[LabCall], caller: int
 ) -> Iterator[str]:
-    """Yield the place of the lab's call before the missing call, or else of the lab's call after it."""
+    """Yield the place of the lab's call before the missing call, or else of the call after the missing call."""
     at = calls.index(missing)
     before = [("after", one) for one in reversed(calls[:at])]
     for where, one in [*before, *(("before", one) for one in calls[at + 1 :])]:
@@ -66,7 +66,7 @@ def _neighbour(
 
 
 def _is_called(image: FirmwareImage, function: Definition) -> bool:
-    """Return whether code or data outside of a function has its address."""
+    """Return whether code or data outside of a function contains the function's address."""
     if function.is_inlined:
         return True
     if function.address is None:

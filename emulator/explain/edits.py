@@ -36,7 +36,7 @@ _ANGLE: Final = (Number(180.0), Number(math.pi))
 
 
 def edits(formula: Node, known: Iterable[str]) -> Iterator[Node]:
-    """Yield variants of the formula with one mistake, likely ones first. ``known``: other names."""
+    """Yield variants of the formula with one mistake, likely mistakes first. ``known``: other names."""
     names = tuple(known)
     yield from _everywhere(formula, lambda node: _operand(node, names))
     for edit in (_function, _operation, _sign, _number, _unit, _usual_factor):

@@ -1,4 +1,4 @@
-"""Explain wrong printed numbers by the source line whose formula differs from the lab's."""
+"""Explain wrong printed numbers by the source line with a formula that differs from the lab's formula."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def explain_numbers(
 ) -> list[Explanation]:
     """Return explanations of wrong outputs, in the order of the formulas. Each mistake appears one time.
 
-    Return [] if none is found, or if the firmware fails in a pose.
+    Return [] if no mistake is found, or if the firmware fails in a pose.
     """
     probed = probe(firmware, arithmetic.inputs, limits)
     if probed is None:
@@ -91,7 +91,7 @@ def explain_numbers(
 
 
 def first_of(explanations: Sequence[Explanation]) -> list[Diagnosis]:
-    """Return the diagnosis of the first mistake. It also names the other wrong steps."""
+    """Return the diagnosis of the first mistake. The diagnosis also names the other wrong steps."""
     if not explanations:
         return []
     first = explanations[0]
@@ -145,7 +145,7 @@ class _Explainer:
                 return
 
     def _used(self, alternatives: Sequence[Alternative]) -> Alignment:
-        """Return the formulas, with those alternatives of which the firmware computes more steps."""
+        """Return the formulas. Use an alternative if the firmware then computes more of the steps."""
         every = self._arithmetic.alternatives
         key = tuple(number for number, one in enumerate(every) if one in alternatives)
         if key not in self._best:
@@ -241,9 +241,9 @@ class _Explainer:
             yield from filter(None, (source_text(self._probed.image, symbols.line_at(site)),))
 
     def _part(self, mistake: Mistake, place: str) -> Iterator[str]:
-        """Yield the line where the same function first gets the wrong part's value, if it is another line.
+        """Yield the line that first sets the wrong part's value in the same function, unless it is ``place``.
 
-        If a whole value is used in place of another, yield where the program computes it.
+        If the firmware uses another value instead, yield the line that computes this value.
         """
         if isinstance(mistake.computed, Name):
             lines = sorted({self._places.place(one) for one in mistake.part_addresses}, key=_line_number)
@@ -298,13 +298,13 @@ class _Explainer:
         )
 
     def _state_site(self, state: WrongState) -> int | None:
-        """Return an instruction that stores the variable, or else the first that loads it."""
+        """Return an instruction that stores the variable, or else the first instruction that loads it."""
         use = self._uses[state.address]
         own = self._own(site for site, _ in use.stores.most_common()) or self._own(sorted(use.loads))
         return own[0] if own else None
 
     def _own(self, sites: Iterable[int]) -> list[int]:
-        """Return those instructions that are outside of libraries and drivers."""
+        """Return the instructions outside of libraries and drivers."""
         ranges = own_code(self._probed.image)
         return [site for site in sites if any(begin <= site < end for begin, end in ranges)]
 

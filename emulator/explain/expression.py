@@ -236,7 +236,7 @@ def _operation_text(node: Operation, above: int) -> str:
 
 
 def number(node: Node, values: Mapping[str, float]) -> float | None:
-    """Return a formula's value in one pose, without rounding errors. Much faster than :class:`Evaluator`.
+    """Return a formula's value in one pose, without rounding errors. This is much faster than :class:`Evaluator`.
 
     Return None if the formula needs the values of other poses, or is undefined for these values.
     """

@@ -42,7 +42,7 @@ PAST: Final = (
     ProbePose(40, 10, -160, 0),
     ProbePose(40, -50, -20, 0),
 )
-"""Poses before ``POSES``, whose field is less extreme on each axis, so that ``POSES`` give new extremes."""
+"""Poses before ``POSES``. Their field is less extreme on each axis, so that ``POSES`` give new extremes."""
 POSES: Final = (ProbePose(-25, -55, 75, 140), ProbePose(62, 15, -30, 220), ProbePose(-15, 33, 120, 300))
 """Logged poses. The board is tilted about both axes, so that every exchange of axes changes a value.
 """
@@ -57,7 +57,7 @@ _SETTLE_S: Final = 0.2
 """Time to settle, enough for two samples of a sensor at 10 Hz."""
 _WORD, _PC = 4, 15
 _READ_S: Final = 0.1
-"""Time for reads, longer than the period in which the slowest sensor is read."""
+"""Time for reads, longer than the time between two reads of the slowest sensor."""
 _LOGGED_S: Final = 1.3
 """Logged time, longer than the lab's period of printing."""
 _LIBRARY: Final = re.compile(

@@ -1,7 +1,7 @@
 """Wrong extremes: variables that should keep the largest or smallest value so far.
 
 A word of the RAM with the correct value after every pose is the variable of a step. The words
-beside it belong to the steps without a variable. A rule "if v > e then e = w" explains such a word
+beside this word belong to the steps without a variable. A rule "if v > e then e = w" explains such a word
 if the rule gives all values of the word.
 """
 
@@ -128,7 +128,7 @@ class States:
         return WrongState(step, name, address, right, rule, self._values[step], values)
 
     def _rule(self, right: Rule, step: str, values: Values) -> Rule | None:
-        """Return the rule that gives these values, or None if no rule or several equally likely rules do."""
+        """Return the rule that gives these values, or None if no rule or several equally likely rules give them."""
         for kind in self._rules(right):
             fitting = [one for one in kind if np.array_equal(self._simulated(one, step), values)]
             if fitting:

@@ -45,7 +45,7 @@ class Bounds:
     bytes: int
     """Maximum bytes of the archive, and of its unpacked files."""
     ratio: float = 200.0
-    """Maximum ratio of unpacked to packed size. Text has about 10, an ELF file 4, a HEX file of zeros 150."""
+    """Maximum ratio of unpacked to packed size: text has about 10, an ELF file 4, a HEX file of zeros 150."""
 
 
 SUBMISSION: Final = Bounds(entries=2_000, bytes=64 << 20)
@@ -110,7 +110,7 @@ def _unpack(opened: zipfile.ZipFile, into: Path, bounds: Bounds, packed: int) ->
 
 
 def _set_time(target: Path, entry: zipfile.ZipInfo) -> None:
-    """Set the file's time from the archive."""
+    """Set the file's time to the time in the archive."""
     with suppress(OSError, ValueError, OverflowError):
         at = datetime(*entry.date_time).timestamp()
         os.utime(target, (at, at))

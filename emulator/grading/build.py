@@ -1,14 +1,14 @@
 """Build submitted source: compile the student's C files with this project's Makefile, in a sandbox.
 
-Source can include any file, so the compiler runs under bubblewrap with limits and without network.
+Source code can include any file, so the compiler runs under bubblewrap with limits and without network.
 With ``sandbox=False`` only the limits apply, and root compiles as the user ``nobody``.
 
 Decision: the support layer is compiled only one time and copied into each build, so that a build
 takes a tenth of the time. A container for each build was rejected: it needs a privileged service.
 
 Decision: after a failed build, a control program is compiled, and then the submission again,
-because the machine must never cause "does not compile". Searching the messages was rejected,
-because source code can produce the same messages.
+because the machine must never cause the result "does not compile". Searching the messages was
+rejected, because source code can produce the same messages.
 """
 
 from __future__ import annotations
@@ -66,14 +66,14 @@ _LIMITED = (
     f"ulimit -S -t {_CPU_S}; ulimit -H -t {_CPU_S + 3}; ulimit -v {_MEMORY_KIB} 2>/dev/null; "
     f'ulimit -f {_FILE_BLOCKS}; ulimit -c 0; exec "$@"'
 )
-"""The soft limit of processor time is lower than the hard one, so SIGXCPU ends a process, not SIGKILL."""
+"""The soft limit of processor time is lower than the hard limit, so SIGXCPU ends a process, not SIGKILL."""
 _SYSTEM = ("/usr", "/bin", "/lib", "/lib32", "/lib64", "/etc/alternatives")
 """Folders that a compiler needs. On Debian, math.h is found only with /etc/alternatives."""
 _OF_A_TOOLCHAIN = (
     *(f"bin/{COMPILER.removesuffix('gcc')}*", "arm-none-eabi", "lib/arm-none-eabi"),
     *("lib/gcc/arm-none-eabi", "libexec/gcc/arm-none-eabi", "lib/*.so*", "libexec/*.so*"),
 )
-"""Files of a toolchain outside of system folders. The prefix may be a home folder and is not used whole."""
+"""Files of a toolchain outside of system folders. The whole prefix is not used, because it may be a home folder."""
 _WATCH = """\
 "$@"
 code=$?
@@ -190,8 +190,8 @@ class Builder:
     def build(self, source: SubmittedSource) -> Built:
         """Return the program, possibly from an earlier build. Thread-safe.
 
-        Raises CompileError if the source is at fault, NotJudgedError or InputError if the machine
-        is.
+        Raises CompileError if the source is at fault, NotJudgedError or InputError if the machine is
+        at fault.
         """
         key = hashlib.sha256(f"{_FORMAT} {self._toolchain} {source.digest}".encode()).hexdigest()
         built = self._known(key)
@@ -208,7 +208,7 @@ class Builder:
         raise CompileError(built.log)
 
     def stop(self) -> None:
-        """Stop all compilers for good."""
+        """Stop all compilers permanently."""
         self._stopped = True
         with self._processes_lock:
             for process in self._processes:
@@ -338,7 +338,7 @@ class Builder:
                 stdin=subprocess.DEVNULL,
                 stdout=sink,
                 stderr=subprocess.STDOUT,
-                start_new_session=True,  # a separate group, so that all its processes can be ended
+                start_new_session=True,  # a separate process group, so that all processes can be ended
                 **as_nobody,
             )
         with self._processes_lock:
@@ -405,7 +405,7 @@ class _Toolchain(NamedTuple):
 
 @functools.cache
 def _toolchain_of_path() -> _Toolchain:
-    """Return the toolchain of the compiler on the PATH, which may be a link or a script."""
+    """Return the toolchain of the compiler on the PATH. The compiler may be a link or a script."""
     found = Path(shutil.which(COMPILER) or COMPILER).resolve()
     said = subprocess.run([found, "-print-search-dirs"], capture_output=True, text=True, check=False).stdout
     install = Path(os.path.normpath(said.partition("\n")[0].removeprefix("install:").strip()))

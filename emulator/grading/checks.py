@@ -43,7 +43,7 @@ class FinishedRun:
 
 
 class Check(Expected):
-    """An entry of ``expect`` whose kind only rubrics have."""
+    """An entry of ``expect`` of a kind that only rubrics have."""
 
     @abstractmethod
     def evaluate(self, run: FinishedRun) -> ExpectationResult:

@@ -30,7 +30,7 @@ _TOKEN = re.compile(
     re.DOTALL,
 )
 _OF_SOLUTION: Final = arm.sources() / "prebuilt" / "solution-source.sha256"
-"""Digest of the solution's source code, which is not in a wheel. A test checks this digest."""
+"""Digest of the solution's source code. A wheel does not contain this code. A test checks the digest."""
 
 
 def program_digest(firmware: SubmittedFirmware) -> str:

@@ -120,7 +120,7 @@ def _with_causes(
 ) -> RunEvidence:
     """Return the evidence with missing calls and wrong formulas first.
 
-    A missing call or a formula replaces the causes that only compare its numbers with the truth.
+    A missing call or a formula replaces the causes that only compare the same numbers with the truth.
     """
     from fcu_emulator.emulator.explain.explanation import first_of
 

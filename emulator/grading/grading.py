@@ -1,6 +1,6 @@
 """Grading of a class: every submission from its file to its verdict.
 
-Each submission has a task for a thread. Only a few threads run at a time.
+Each submission is processed in a thread. Only a few threads run at the same time.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from fcu_emulator.emulator.grading.verdict import Verdict
 from fcu_emulator.emulator.host.isolation import WorkerLimits
 from fcu_emulator.emulator.text import one_line
 
-_MORE_THREADS = 2  # threads that read and build submissions while the workers judge others
+_MORE_THREADS = 2  # threads that read and build submissions while the workers judge other submissions
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Grader:
 
     ``rubric_name``: name or path for the workers. ``slots``: parallel tasks. ``builder``: called
     when the first source is built. ``salt``: the teacher's secret. ``store``: None judges all
-    again. ``limits``: None on a cluster. ``shown``: returns the student for the reports.
+    submissions again. ``limits``: None on a cluster. ``shown``: returns the student for the reports.
     """
 
     rubric: Rubric

@@ -88,7 +88,7 @@ def judge(
     """Judge a firmware on the board with this ``seed``.
 
     ``firmware``: a file, the name of a shipped firmware, or a function in Python. ``exercises``:
-    ids, or None for all. ``build_log``: without it, checks of the compiler's output are unjudged.
+    ids, or None for all. ``build_log``: without a log, checks of the compiler's output are unjudged.
     ``executor``: makes runs in parallel, except for firmware in Python. Raises InputError for
     invalid firmware or an unknown exercise.
     """
@@ -226,7 +226,7 @@ def _outcome(task: _RunTask, rubric: Rubric, told: Callable[[float], None]) -> _
 
 
 def reworded(verdict: Verdict, rubric: Rubric) -> Verdict:
-    """Return the verdict with the texts of ``rubric``, whose judging digest must be equal."""
+    """Return the verdict with the texts of ``rubric``. The judging digests must be equal."""
     tables = {f"{exercise.id}.{check.id}": check for exercise in rubric.exercises for check in exercise.check}
     checks = (
         result.model_copy(
@@ -387,7 +387,7 @@ class _JudgedRun:
         return next(filter(None, found), "")
 
     def _evaluated(self, check: AnyCheck, enough_ps: int | None) -> ExpectationResult:
-        """Return one result. Raises NotJudgedError, even if the check has a bug."""
+        """Return one result. Raises NotJudgedError, also for a bug in the check."""
         enough = self.died_ps is None or (enough_ps is not None and self.died_ps >= enough_ps)
         on_terminal = isinstance(check, Expectation) and check.ON_TERMINAL
         if not enough and (self.stopped or on_terminal):

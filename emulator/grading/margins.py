@@ -1,6 +1,6 @@
 """Warnings about margins that are too large for a useful test, or too small for correct programs.
 
-Decision: the sensors' error is the largest of :data:`BOARDS` drawn boards, with three standard
+Decision: the sensors' error is the largest error of :data:`BOARDS` random boards, with three standard
 deviations of noise and of pressure drift. The sum of all limits was rejected, because no real board
 has such an error.
 """
@@ -32,7 +32,7 @@ from fcu_emulator.sensors.lps22hb.declaration import LPS22HBErrors
 from fcu_emulator.sensors.lsm6dsl.declaration import LSM6DSLErrors
 
 BOARDS = 200
-"""Number of drawn boards, with seeds from 0."""
+"""Number of random boards, with seeds from 0."""
 _TEMPLATE_ACC_HZ = 20.0  # noise bandwidth with the template's settings: ODR / 400
 _TEMPLATE_BAROMETER = BarometerSettings(Fraction(25), low_current=True, divisor=0)
 _METRES_PER_HPA = 9.0
@@ -52,7 +52,7 @@ def sensor_error(
 ) -> float | None:
     """Return a correct program's largest error near plus or minus ``value``, or None.
 
-    ``board``: deviations of the board, by default drawn by the sensors' quality.
+    ``board``: deviations of the board, by default random for the sensors' quality.
     """
     wander_hpa = (board or BoardErrors.of_quality(settings.quality, 0)).pressure_wander_hpa
     if quantity.lower() in ("pitch", "roll"):

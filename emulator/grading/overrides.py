@@ -1,6 +1,6 @@
-"""Overrides of the teacher: points that replace those of the rubric, with a comment.
+"""Overrides of the teacher: points that replace the judged points, with a comment.
 
-A CSV file with the columns ``id``, ``what`` (``total``, ``late penalty``, an exercise ``2``, a
+They are in a CSV file with the columns ``id``, ``what`` (``total``, ``late penalty``, an exercise ``2``, a
 check ``2.pitch``), ``points`` and ``comment``.
 """
 

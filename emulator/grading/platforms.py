@@ -12,8 +12,8 @@ An entry has a student's name, or a name that a platform has given in its downlo
   late files ``Late Submission - ...``;
 - Gradescope: ``submission_1234/...`` beside ``submission_metadata.yml`` (needs PyYAML).
 
-Decision: only the platform's parts of a name identify the student, because students choose file
-names. An ambiguous name is not divided, because a guess could give the file to another student.
+Decision: only the parts of a name that a platform has added identify the student, because
+students choose file names. An ambiguous name is not divided, because a guess could give the file to another student.
 """
 
 from __future__ import annotations
@@ -175,7 +175,7 @@ def _moodle(path: Path) -> SubmittedEntry | None:
 
 
 def _canvas(paths: Sequence[Path]) -> dict[Path, SubmittedEntry]:
-    """Return the entries of Canvas. Each id must have one name, and each file its own number."""
+    """Return the entries of Canvas. Each id must have one name, and each file a unique number."""
     matches = {path: match for path in paths if (match := _CANVAS.fullmatch(path.name)) and not path.is_dir()}
     names: dict[str, set[str]] = {}
     for match in matches.values():
@@ -273,7 +273,7 @@ class _Ilias(NamedTuple):
 
 
 def _ilias(paths: Sequence[Path]) -> _Ilias:
-    """Return the entries of a download from Ilias, if most folders have such names."""
+    """Return the entries of a download from Ilias, if most folders have names of Ilias."""
     teams = {
         path: _submitted_paths(path) for path in paths if _TEAM.fullmatch(path.name) and _is_folder(path)
     }
@@ -315,7 +315,7 @@ def _is_folder(path: Path) -> bool:
 
 
 def _ilias_folder(folder: Path) -> Path:
-    """Return the parent of the students' folders: this folder, or one at most two levels below."""
+    """Return the parent of the students' folders: this folder, or a folder at most two levels below."""
     here = folder
     for _ in range(3):
         paths = _submitted_paths(here)
@@ -366,9 +366,7 @@ def _yaml(file: Path) -> Any:
         raise InputError(f"{file} must have at most {_LARGEST_METADATA >> 20} MiB")
     try:
         import yaml
-    except (
-        ImportError
-    ) as error:  # without PyYAML, grades would belong to numbers of submissions, not to students
+    except ImportError as error:  # without PyYAML, grades would belong to submission numbers, not to students
         problem = f"cannot read {file} without PyYAML; install it: pip install PyYAML"
         raise InputError(problem, kind="not_installed") from error
     try:

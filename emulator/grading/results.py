@@ -22,8 +22,8 @@ from fcu_emulator.emulator.text import visible
 Status: TypeAlias = Literal["judged", "partly", "unjudged", "rejected", "missing"]
 """Status of a submission. Only the points of "judged" count.
 
-partly: some checks could not be judged. unjudged: no check could be judged. The program is not the
-cause of either. rejected: the submission itself cannot be judged.
+partly: some checks could not be judged. unjudged: no check could be judged. In neither case
+is the program the cause. rejected: the submission itself cannot be judged.
 """
 
 
@@ -108,7 +108,7 @@ class Graded(ResultModel):
 
     @property
     def late_by(self) -> str:
-        """Describe the delay: "3 d 4 h", "late" if its length is unknown, or "" without a delay."""
+        """Describe the delay: "3 d 4 h", "late" if the delay is not known exactly, or "" without a delay."""
         if not self.late:
             return ""
         return duration_text(self.late_by_s) if self.late_by_s is not None else "late"
@@ -159,7 +159,7 @@ class GradedClass(ResultModel):
     exercises: tuple[ExerciseTitle, ...]
     anonymous: bool = False
     handed_in: int = 0
-    """Number of submitted files and folders. Those of a team count one time."""
+    """Number of submitted files and folders. Submissions of a team count one time."""
     submissions: tuple[Graded, ...]
 
     def of(self, *statuses: Status) -> list[Graded]:
@@ -198,6 +198,6 @@ def report_name(student: str) -> str:
 
 
 def pseudonym(student: Student, key: bytes) -> Student:
-    """Return an anonymous student. Only with ``key`` can the id be found."""
+    """Return an anonymous student. The id can be found only with ``key``."""
     digest = hmac.new(key, student.id.encode("utf-8", "surrogatepass"), hashlib.sha256).hexdigest()
     return Student(f"student-{digest[:10]}")

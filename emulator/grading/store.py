@@ -1,6 +1,6 @@
 """Verdicts stored by content, so that a judged program is not judged again.
 
-The key does not depend on the rubric's texts. They are inserted when a verdict is found.
+The key does not depend on the rubric's texts. The texts are inserted when a verdict is found.
 """
 
 from __future__ import annotations

@@ -164,8 +164,8 @@ class _Resolved(NamedTuple):
 
 
 def find_submissions(where: Path, roster: Roster | None, scratch: Path) -> list[Submission]:
-    """Return all submissions in the order of the roster, then of names. Raises InputError if there
-    are none.
+    """Return all submissions in the order of the roster, then of names. Raises InputError if no
+    submission is found.
 
     An archive is unpacked into ``scratch``.
     """

@@ -1,4 +1,4 @@
-"""Trial programs that do not solve a lab. A rubric gives away the points that they earn.
+"""Trial programs that do not solve a lab. If they earn points, the rubric gives these points away.
 
 They are the template, and programs that print nothing or only zeros.
 

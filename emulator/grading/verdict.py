@@ -1,8 +1,8 @@
 """Verdict on a program, check by check, with evidence.
 
-The same firmware, rubric, seed and version give the same bytes everywhere.
+With the same firmware, rubric, seed and version, a verdict has the same bytes on every machine.
 
-Decision: the outcome "unjudged" is separate, and the points of such checks are excluded from the
+Decision: the outcome "unjudged" is separate, and points of unjudged checks are excluded from the
 sum, so that a check without evaluation does not count as zero.
 """
 
@@ -31,9 +31,9 @@ class CheckResult(ResultModel):
 
     ``check``: unique name ("3.pitch"). ``expected`` and ``actual``: sentences. ``printed``: the
     first wrong line, quoted, with its time. ``source``: the statement that prints the line or
-    switches the LED. ``finding``: kind of failure, for hints. ``fault``: its general kind.
-    ``detail``: what a student sees: everything, everything except the expected value, title and
-    outcome, or only the outcome.
+    switches the LED. ``finding``: kind of failure, for hints. ``fault``: the general kind.
+    ``detail``: a student sees everything; everything except the expected value; title and outcome;
+    or only the outcome.
     """
 
     check: str
@@ -92,7 +92,7 @@ class DiagnosedCause(ResultModel):
     details: tuple[str, ...] = ()
     fatal: bool = False
     data: dict[str, str] = Field(default_factory=dict)
-    """The parts of the summary by name, for use by programs."""
+    """Values in the summary by name, for use by programs."""
 
 
 class RunEvidence(ResultModel):
@@ -186,7 +186,7 @@ class Verdict(ResultModel):
         return tuple(one for one in self.evidence if exercise in one.exercises)
 
     def for_student(self, after_due_date: bool = False) -> Verdict:
-        """Return the visible checks with the allowed detail. Partly hidden runs lose truth and scenario."""
+        """Return the visible checks with the allowed detail. Omit truth and scenario of partly hidden runs."""
         shown = {"always", "after_due_date"} if after_due_date else {"always"}
         unnamed = {one.check for one in self.checks if one.visibility not in shown or one.detail == "none"}
         visible = tuple(_for_student(check, unnamed) for check in self.checks if check.visibility in shown)

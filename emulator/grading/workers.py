@@ -21,7 +21,7 @@ from fcu_emulator.emulator.errors import InputError, NotJudgedError
 from fcu_emulator.emulator.text import one_line
 
 _ATTEMPTS: Final = 2
-_END_S: Final = 5.0  # time in which a process must end by itself
+_END_S: Final = 5.0  # maximum time for a process to end by itself
 
 
 @dataclass(frozen=True)

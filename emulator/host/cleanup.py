@@ -1,6 +1,6 @@
 """Cleanup before the process ends, such as removal of files that other programs read.
 
-Decision: cleanup that must not be lost is also registered with :func:`before_exit`. A signal may
+Decision: cleanup that must always run is also registered with :func:`before_exit`. A signal may
 arrive between a file's creation and its ``try``, or inside ``finally``. The entry point repeats
 :func:`clean_up` until all actions are done.
 """
@@ -13,7 +13,7 @@ _actions: dict[Callable[[], None], None] = {}
 
 
 def before_exit(action: Callable[[], None]) -> None:
-    """Run ``action`` before the process ends, unless :func:`done` removes it. It may run twice."""
+    """Run ``action`` before the process ends, unless :func:`done` removes it. The action may run twice."""
     _actions[action] = None
 
 

@@ -6,7 +6,7 @@ Decision: the worker process adds a constant to its exit code. Otherwise, if a l
 memory and exits with code 1, this code would mean "wrong".
 
 Decision: the worker process stays in the process group of its parent, so that Ctrl-C reaches both
-and typed text reaches the board. A pipe ends the worker if the parent is killed.
+processes and typed text reaches the board. A pipe ends the worker if the parent is killed.
 
 Decision: the worker process sets its own limits before it loads other modules. The parent cannot
 set them between fork and exec, because functions that run there are unsafe with threads.
@@ -65,7 +65,7 @@ class WorkerLimits:
             raise InputError(f"limit memory_bytes {problem}")
 
     def apply(self) -> tuple[str, ...]:
-        """Apply the limits, and return those that the system does not enforce.
+        """Apply the limits, and return the limits that the system does not enforce.
 
         Existing limits that are lower remain. Processor time counts from the latest call. Call this
         method before large imports.

@@ -17,7 +17,7 @@ LARGEST_PORT = 65_535
 
 
 def listen(port: int, option: str) -> socket.socket:
-    """Return a socket on ``port`` (0: any free one). Raises LinkError, which names ``option``."""
+    """Return a socket on ``port`` (0: any free port). Raises LinkError, which names ``option``."""
     listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
         if sys.platform == "win32":  # on Windows, SO_REUSEADDR lets two programs share a port

@@ -70,7 +70,7 @@ def publish(address: Address) -> None:
 
 
 def withdraw(address: Address) -> None:
-    """Delete the stored address of its port."""
+    """Delete the address that is stored for the same port."""
     folder = _folder()
     if folder is not None:
         with suppress(OSError):

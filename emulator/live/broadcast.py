@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
 
 Publish = Callable[[SessionEvent, object | None], None]
-"""``publish(event, client)`` sends to one client, or to all if ``client`` is None."""
+"""``publish(event, client)`` sends to one client, or to all clients if ``client`` is None."""
 
 # Wall time, s:
 _FRAME_S = 0.02  # time between two frames (a State and the text before it) while something changes

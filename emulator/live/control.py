@@ -1,7 +1,7 @@
 """Answers to other programs that use a running board's control server.
 
-Decision: a board that plays a scenario in ``fcu run`` cannot be moved by hand, because a correct
-program could fail if the board is moved.
+Decision: a board that plays a scenario in ``fcu run`` cannot be moved by hand, because then a
+correct program could fail.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ class Exercises(Protocol):
         ...
 
     def start(self, exercise: str, firmware: str, seed: int) -> None:
-        """Start to judge firmware (a file or a shipped name), and return at once.
+        """Start to judge firmware (a file or a shipped name), and return immediately.
 
         Raises InputError for an unknown exercise, or during another judgement.
         """

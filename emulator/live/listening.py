@@ -1,4 +1,4 @@
-"""The page's network address: the loopback address, or one that the user names.
+"""The page's network address: the loopback address, or an address that the user gives.
 
 Decision: the page is served on one address of this machine, so that a request's Host header can be
 checked against DNS rebinding.
@@ -15,7 +15,7 @@ LOCAL = "127.0.0.1"
 
 
 def checked(listen: str) -> str:
-    """Return an address in normal form. Raises InputError unless it is one address."""
+    """Return an address in normal form. Raises InputError unless it is a single address."""
     try:
         address = ipaddress.ip_address(listen)
     except ValueError as error:

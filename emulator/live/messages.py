@@ -1,7 +1,7 @@
 """Commands and events between a page and a session.
 
-Each message is a JSON object. Its ``type`` is the class name in snake case, without Command or
-Event. The other members are the fields of the class. Times are virtual seconds, and angles are degrees. Terminal
+Each message is a JSON object. Its ``type`` is the class name in snake case, without the ending Command
+or Event. The other members are the fields of the class. Times are virtual seconds, and angles are degrees. Terminal
 bytes are Latin-1.
 """
 
@@ -118,7 +118,7 @@ class Upload(PageCommand):
 
 @dataclass(frozen=True)
 class Play(PageCommand):
-    """Restart with a shipped scenario, or without one."""
+    """Restart with a shipped scenario, or without a scenario."""
 
     scenario: str | None
 
@@ -205,7 +205,7 @@ class StatusEvent(SessionEvent):
 
 @dataclass(frozen=True)
 class State(SessionEvent):
-    """Current state of the board, 50 times a second.
+    """Current state of the board, sent 50 times a second.
 
     ``samples``: the firmware's latest readings by output id. ``done``: id of the latest
     :class:`Do`.
@@ -262,7 +262,7 @@ class Checked(SessionEvent):
 
     ``state``: ``checking``, ``done``, ``begun``, ``not yet``, ``unjudged`` or ``error``. ``checks``
     have title, outcome, expected, seen, hint. ``causes`` have kind, summary, details, fatal, data.
-    ``outdated``: another firmware has been loaded since.
+    ``outdated``: another firmware has been loaded since then.
     """
 
     exercise: str

@@ -18,7 +18,7 @@ class Outbox:
         self._text = 0
 
     def put(self, key: str, message: str) -> None:
-        """Add a message. It replaces one with the same ``key``, except for "" and "text"."""
+        """Add a message. It replaces a message with the same ``key``, unless the key is "" or "text"."""
         if key and key != "text":
             self._waiting.pop(key, None)
         else:

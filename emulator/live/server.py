@@ -1,6 +1,6 @@
 """Server of the page and its WebSocket, on 127.0.0.1 or the user's address.
 
-The server runs in its own thread. A slow page receives fewer messages and never slows the board. A page
+The server runs in a separate thread. A slow page receives fewer messages and never slows the board. A page
 that sends too fast must wait.
 """
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 _REQUEST_S = 5.0  # maximum wall time for receiving a complete request
 _MOST_CALLERS = 64  # connections without a socket; a browser opens six for a page
-_MESSAGES_AHEAD = 4  # messages of one page that are read ahead; each may be an upload
+_MESSAGES_AHEAD = 4  # messages of one page that are read ahead; each message may be an upload
 _PER_SECOND = 250  # messages per second from one page
 _BURST = 50
 _MOST_PAGES = 32

@@ -1,6 +1,6 @@
 """Session of a board in real time.
 
-One thread runs the session and owns the board. It calls ``publish``, which must not block.
+One thread runs the session and owns the board. The thread calls ``publish``. This function must not block.
 
 Decision: a command that changes the board becomes an event of the virtual clock, one picosecond
 after the stop of the board. The event's time is recorded, so that a replay does not depend on the
@@ -145,7 +145,7 @@ class LiveSession:
                 self._close_exercises,
                 self.save,
             ):
-                stack.callback(close)  # the latest one first
+                stack.callback(close)  # the latest callback runs first
             while not self.stopped and self.board.now_s < self.end_s:
                 self._advance()
                 self._guard(self._serve_links)
@@ -158,7 +158,7 @@ class LiveSession:
                 self._wait()
 
     def _guard(self, action: Callable[[], object], client: object | None = None) -> None:
-        """Run an action, and report errors to ``client``, or to all if None."""
+        """Run an action, and report errors to ``client``, or to all clients if None."""
         try:
             action()
         except FirmwareError as error:
@@ -294,7 +294,7 @@ class LiveSession:
         if is_first:
             self._debug(board)
         elif board.chip is not None:
-            self._guard(lambda: self._debug(board))  # another program may be using its port now
+            self._guard(lambda: self._debug(board))  # another program may be using the debugger's port now
         self.recording = SessionRecording(board, setup.ideal)
         self.run_number += 1
         self._set_origin()

@@ -60,7 +60,7 @@ def _shown(quantity: Quantity) -> tuple[str, float]:
 
 
 class Transfers:
-    """The latest transfers. Those of Python firmware are kept until :meth:`close`."""
+    """The latest transfers. Transfers of Python firmware are kept until :meth:`close`."""
 
     def __init__(self, board: Board) -> None:
         self._board = board
@@ -106,7 +106,7 @@ def _transfer(board: Board, transfer: BusTransfer) -> dict[str, Any]:
 
 
 def samples(board: Board, latest: Sequence[BusTransfer]) -> dict[str, list[float]]:
-    """Return the latest values read, in sensor axes, by the ids of :func:`outputs`."""
+    """Return the values of the latest reads, in sensor axes, by the ids of :func:`outputs`."""
     found: dict[str, list[float]] = {}
     seen = set()
     for transfer in reversed(latest):

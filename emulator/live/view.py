@@ -24,7 +24,7 @@ _LOOKS_OF_LOAD = 400  # number of samples in two seconds of virtual time
 
 
 def hello(board: Board, ways: list[str], exercises: list[dict[str, Any]]) -> messages.Hello:
-    """Return the session's constant data. ``ways``: commands that open its serial line."""
+    """Return the session's constant data. ``ways``: commands that open the board's serial line."""
     from importlib.metadata import version
 
     return messages.Hello(
@@ -116,7 +116,7 @@ def can_be_watched(board: Board, path: str) -> bool:
 
 
 def why_not_watched(board: Board, path: str) -> str:
-    """Return why a variable cannot be watched, with similar names."""
+    """Return the reason why a variable cannot be watched, and similar names."""
     names = variable_names(board)
     name = re.split(r"[.\[]", path, maxsplit=1)[0]
     if name in names:

@@ -2,7 +2,7 @@
 
     when = { quantity = "roll", beyond = 45, margin = 1 }
 
-Within ``margin`` of the threshold the LED or line may be in either state.
+Within ``margin`` of the threshold, both states of the LED or line are correct.
 """
 
 from __future__ import annotations

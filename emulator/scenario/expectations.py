@@ -78,7 +78,7 @@ class RunView:
 
 
 class Expectation(Expected):
-    """One ``[[expect]]`` table. ``ON_TERMINAL``: whether it needs output, which ends at a crash."""
+    """One ``[[expect]]`` table. ``ON_TERMINAL``: whether the result needs output. Output ends at a crash."""
 
     ON_TERMINAL: ClassVar[bool] = False
 
@@ -120,7 +120,7 @@ class Windowed(Window, Expectation):
 
 
 class ExpectLine(Windowed):
-    """A line has exactly this text. If ``count`` is given, exactly so many lines have the text."""
+    """A line has exactly this text. If ``count`` is given, exactly ``count`` lines have the text."""
 
     kind: Literal["line"]
     text: str = Field(max_length=255)  # size of PRINTF's buffer
@@ -157,7 +157,7 @@ class _Matching(Windowed):
 
 
 class ExpectRegex(_Matching):
-    """A line contains the pattern. If ``count`` is given, exactly so many lines contain it."""
+    """A line contains the pattern. If ``count`` is given, exactly ``count`` lines contain the pattern."""
 
     kind: Literal["regex"]
     count: int | None = Field(None, ge=1)
@@ -311,7 +311,7 @@ class _Number(Windowed):
 class ExpectField(_Number):
     """Each print of a number is near ``value``, or near the truth.
 
-    The error of a print is its smallest distance from the truth in the time ``settle`` before
+    The error of a print is the smallest distance from the truth in the time ``settle`` before
     printing began. ``truth`` names a quantity. ``truth = true`` means the quantity with the
     number's name. The printed number is ``scale`` times the quantity.
     """

@@ -140,7 +140,7 @@ Length = Annotated[
 
 
 class Window(Table):
-    """A part of a run, by default until its end."""
+    """A part of a run, by default until the run's end."""
 
     from_: Duration = Field(0, alias="from")
     to: Duration | None = None
@@ -366,7 +366,7 @@ RecordingFile = Annotated[Named[Recording], PlainValidator(_named_recording), _A
 
 
 _LONGEST_PATTERN = 500
-_LINE_PATIENCE_S = 0.5  # for each line, which usually takes microseconds
+_LINE_PATIENCE_S = 0.5  # for each line; a search usually takes microseconds
 _RUN_PATIENCE_S = 10.0  # for each run
 
 _COUNT = re.compile(r"(\)?)\{(\d+)")  # a group's end, minimum count

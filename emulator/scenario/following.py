@@ -91,7 +91,7 @@ class ExpectLineFollows(Windowed):
         return [one for one in cut if one.begin_ps < one.end_ps]
 
     def _longest_silence(self, stretches: list[Stretch], lines: list[PrintedLine]) -> tuple[int, int] | None:
-        """Return (length, begin) of the longest silence, or None if it is short enough."""
+        """Return (length, begin) of the longest silence, or None if this silence is short enough."""
         silences = [
             (after - before, before)
             for begin_ps, end_ps, holds in stretches

@@ -55,11 +55,11 @@ class _LedSample(NamedTuple):
     steep: bool
     lit: bool
     other_steep: bool
-    """Whether the other of pitch and roll is beyond the threshold."""
+    """Whether the other angle (pitch or roll) is beyond the threshold."""
     since_ps: int
     """The time at which the board reached this side of the threshold."""
     changed: tuple[int, float]
-    """Time and angle of the LED's change since the previous sample, or of this sample without a change."""
+    """Time and angle of the LED's change since the previous sample, or, without a change, of this sample."""
 
     def at_change(self) -> _LedSample:
         return self._replace(at_ps=self.changed[0], angle=self.changed[1])
@@ -69,7 +69,7 @@ class ExpectLedFollows(Windowed):
     """A LED is lit if and only if the board is inclined by more than ``beyond_deg``, to either
     side.
 
-    ``angle``: pitch is the inclination of the X axis, roll is that of the Y axis (formulas of the
+    ``angle``: pitch is the inclination of the X axis, roll is the inclination of the Y axis (formulas of the
     slides). The LED may be in either state within ``margin_deg`` of the threshold, and for the time
     ``settle`` after crossing it. ``when``: a condition instead of an angle.
     """
@@ -196,7 +196,7 @@ class ExpectLedFollows(Windowed):
 _SLOW_PS = 1_300 * PS_PER_MS  # an update each second, plus the time to print
 _STALE_PS = (
     2_400 * PS_PER_MS
-)  # one iteration of main()'s loop reads the sensor, and the next one switches the LED
+)  # one iteration of main()'s loop reads the sensor, and the next iteration switches the LED
 _PROMPT_PS = 300 * PS_PER_MS
 _RESTING_DEG = 0.01  # degrees in 10 ms; during faster motion the LED lags
 _MOSTLY = 0.8
@@ -270,7 +270,7 @@ def _shows_the_past(samples: Sequence[_LedSample]) -> bool:
 
 
 def _threshold(samples: Sequence[_LedSample]) -> tuple[float, float] | None:
-    """Return the absolute angles between which the LED changes, or None if they may be correct."""
+    """Return the absolute angles between which the LED changes, or None if these angles may be correct."""
     sure = [one for before, one in pairwise(samples) if _is_sure(before, one)]
     lit = min((one for one in sure if one.lit), key=lambda one: abs(one.angle), default=None)
     dark = max((one for one in sure if not one.lit), key=lambda one: abs(one.angle), default=None)
@@ -280,7 +280,7 @@ def _threshold(samples: Sequence[_LedSample]) -> tuple[float, float] | None:
 
 
 def _is_sure(before: _LedSample, sample: _LedSample) -> bool:
-    """Return whether the board rests, or the LED has just changed."""
+    """Return whether the board is at rest, or the LED has just changed."""
     grows = abs(sample.angle) - abs(before.angle)
     if abs(grows) < _RESTING_DEG:
         return sample.at_ps - sample.since_ps >= _PROMPT_PS

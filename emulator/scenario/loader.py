@@ -223,7 +223,7 @@ _DRAWN_DIGITS = 2  # decimals of a drawn number, so that it is easy to read
 _DRAW_RIGHT = "either uniform = [min, max], two numbers or two durations, or one_of = [...]"
 
 Pick: TypeAlias = Callable[[str, int], float]
-"""Function ``pick(path, purpose)``, which returns a position in a range, 0 to 1, for a key path."""
+"""Function ``pick(path, purpose)``. It returns a position in a range, 0 to 1, for a key path."""
 
 
 def _by_seed(seed: int, name: str) -> Pick:
@@ -245,7 +245,7 @@ def _has_draws(table: Mapping[str, Any]) -> bool:
 
 
 def drawn(table: Mapping[str, Any], pick: Pick, file: str) -> dict[str, Any]:
-    """Replace each draw by a number. Raises ScenarioError."""
+    """Replace each description of a random number by a number. Raises ScenarioError."""
     changed = dict(table)
     for place in _DRAWN_IN:
         if place in table:
@@ -393,7 +393,7 @@ def _value_problem(kind: str, context: dict[str, Any], problem: Any) -> str:
 
 
 def _bound(context: Mapping[str, Any], key: str, word: str, other_key: str, other_word: str) -> str:
-    """Return a limit in an error of pydantic in words."""
+    """Describe a limit from an error of pydantic in words."""
     return f"{word} {context[key]:.15g}" if key in context else f"{other_word} {context[other_key]:.15g}"
 
 

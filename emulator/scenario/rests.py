@@ -1,7 +1,7 @@
-"""Find the mistake in lines that must follow a condition, from the lines printed at rest.
+"""Use the lines printed at rest to find the mistake in lines that must follow a condition.
 
-Decision: lines are evaluated only at rests that are longer than ``max_gap``, LEDs at all moments,
-because a line can be missing only when it is due.
+Decision: lines are evaluated only at rests that are longer than ``max_gap``, but LEDs at all
+moments, because a line can be missing only when it is due.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def _follows_other(rests: Sequence[Rest], beyond: float) -> bool:
 
 
 def _is_one_sided(wrong: Sequence[Rest], shown: Sequence[Rest]) -> bool:
-    """Return whether lines are missing on one side only, and printed only on the other."""
+    """Return whether lines are missing on one side only, and printed only on the other side."""
     silent_sides = {rest.value > 0 for rest in wrong}
     shown_sides = {rest.value > 0 for rest in shown}
     return all(rest.holds for rest in wrong) and len(silent_sides) == 1 and not silent_sides & shown_sides

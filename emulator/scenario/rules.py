@@ -4,7 +4,7 @@
     rule = "Yaw"
     from = "12.1s"
 
-Further keys of the entry are added to the table of the rule, from ``scenarios/rules/lab3.toml``.
+The rule's table is in ``scenarios/rules/lab3.toml``. Further keys of the entry are added to this table.
 
 Decision: a rule is a table that replaces the entry when a file is read, so that the lab's numbers
 are in a file and not hidden in code.

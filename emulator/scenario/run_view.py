@@ -317,7 +317,7 @@ class Recorder:
         self._times.forget(self._collected)
 
     def _add(self, raw: bytes, position: int) -> None:
-        """Add one line; the return of "\n\r" is not part of the next."""
+        """Add one line; the return of "\n\r" is not part of the next line."""
         begin = position + len(raw) - len(raw.lstrip(b"\r"))
         at_ps = max((self._times.ps(begin) - 1) // PS_PER_MS, 0) * PS_PER_MS
         text = decoded(raw).strip(" \r\t")
@@ -349,7 +349,7 @@ _STILL_G = 0.05
 def against_truth(field: str, lines: Sequence[PrintedLine], settle_ps: int, window: str = "") -> list[str]:
     """Return a table of prints, truth and error, and a summary. ``window`` is a part of the title.
 
-    Decision: the table has the error at the moment of printing, which shows the age of the number.
+    Decision: the table has the error at the moment of printing, because this error shows the age of the number.
     If the largest error from the nearest truth differs, an extra line shows it.
     """
     rows, judged = [], []

@@ -1,7 +1,7 @@
-"""Scenarios, which any number of boards can play, and their runs.
+"""Scenarios and their runs. Any number of boards can play a scenario.
 
 Motions are planned when the board is created. After the first jump (``set_...``), every step is
-performed at its time, because a jump deletes the plans for its quantity.
+performed at its time, because a jump deletes the plans for the same quantity.
 
 Limits are checked between slices of virtual time. In Python firmware, virtual time passes only in
 HAL calls.
@@ -159,7 +159,7 @@ class Scenario:
         return self.contents.sensors.settings()
 
     def board_errors(self, quality: Quality, seed: int) -> BoardErrors:
-        """Return the deviations of the file, and drawn deviations for those that it lacks."""
+        """Return the deviations in the file. Deviations that the file lacks are random."""
         return replace(BoardErrors.of_quality(quality, seed), **self.contents.board)
 
     def create_world(self, clock: Clock, own: BoardErrors | None = None) -> World:
@@ -360,7 +360,7 @@ def run(board: ScenarioBoard, wall_clock_s: Callable[[], float] = time.monotonic
 
 
 def check(board: ScenarioBoard) -> list[ExpectationResult]:
-    """Return the expectations that are failed at present."""
+    """Return the early end and the expectations that fail now."""
     return list(_scenario(board).check(board).findings)
 
 

@@ -127,7 +127,7 @@ class BusTable(Table):
 class PlaceTable(Table):
     """Place and date on Earth, for the field by the World Magnetic Model 2025.
 
-    ``altitude_m``: height of the floor above the sea. Without it, the field is that at sea level.
+    ``altitude_m``: height of the floor above the sea. Without it, the field at sea level is used.
     """
 
     latitude_deg: Annotated[float, within(limits.LATITUDE)]
@@ -153,7 +153,7 @@ class SteelTable(Table):
 class WorldTable(Table):
     """[world]: the state at power-on. The default is Zurich, flat, 25 degC.
 
-    Missing iron values are drawn by the sensors' quality. An ideal board has no iron.
+    Missing iron values are random for the sensors' quality. An ideal board has no iron.
     """
 
     roll_deg: Annotated[float, within(limits.ANGLE)] = 0.0

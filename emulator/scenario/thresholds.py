@@ -27,7 +27,7 @@ from fcu_emulator.emulator.scenario.fields import Duration, Length, Table
 
 _STEEPEST_DEG = 90.0
 _DIGITS = 6
-_FAR = 10  # in margins
+_FAR = 10  # distance in multiples of the margin
 
 
 class ThresholdTable(Table):
@@ -73,7 +73,7 @@ class ThresholdTable(Table):
         return [(name, round(value, _DIGITS)) for name, value in poses]
 
     def _far(self) -> float:
-        """Return a value far beyond the threshold, which shows whether a threshold is missing."""
+        """Return a value far beyond the threshold, to detect a missing threshold."""
         far = self.value + _FAR * self.margin
         return min(far, (self.value + self.margin + _STEEPEST_DEG) / 2) if self.is_angle else far
 
@@ -105,7 +105,7 @@ def put_in_place(
 ) -> tuple[dict[str, Any], list[ThresholdSection]]:
     """Return the table with motions instead of thresholds, and the part of the run for each threshold.
 
-    The function ``pick`` draws the order. By default, ``duration`` ends with the last rest. Raises
+    The function ``pick`` selects a random order. By default, ``duration`` ends with the last rest. Raises
     ScenarioError.
     """
     timeline = table.get("timeline", [])

@@ -83,7 +83,7 @@ DURATIONS = {"for_": "duration_s", "catch": "catch_s", "time_constant": "time_co
 
 
 class WorldAction(TimelineAction):
-    """A call of the method of the world that has the same name."""
+    """A call of the world's method with the name of this action."""
 
     def arguments(self) -> dict[str, Any]:
         """Return the method's arguments without the time."""
@@ -133,7 +133,7 @@ class Hold(MotionAction):
 
 
 class RotateTo(MotionAction):
-    """Rotate by the shortest arc, like a hand."""
+    """Rotate by the shortest arc, as a hand does."""
 
     MOVES: ClassVar[frozenset[str]] = ATTITUDE
     do: Literal["rotate_to"]
@@ -264,7 +264,7 @@ class SlamDoor(WorldAction):
 
 
 class Replay(WorldAction):
-    """Replay the signals of a recording, or follow its attitude."""
+    """Replay the signals of a recording, or follow the recording's attitude."""
 
     do: Literal["replay"]
     csv: RecordingFile
@@ -348,7 +348,7 @@ class Setter(Jump):
     """A value that changes without a motion."""
 
     def plan(self, world: World, start_s: float) -> None:
-        """Call the world's method by position, because its arguments have shorter names."""
+        """Call the world's method by position, because the method's arguments have shorter names."""
         del start_s
         getattr(world, dict(self)["do"])(*self.arguments().values())
 
@@ -364,7 +364,7 @@ class SetAttitude(Setter):
 
 
 class FollowAction(Jump):
-    """A motion by hand, which is continuous from one command to the next."""
+    """A motion by hand. It is continuous from one command to the next."""
 
     interrupts: bool = True
     time_constant: Length = HAND_PS

@@ -42,7 +42,7 @@ def parse_entry(table: Mapping[str, Any], board: BoardDescription = FCU001V1) ->
 
 
 def _of_entry(error: ValidationError) -> InputError:
-    """Return an error whose key path does not have the kind of the entry."""
+    """Return an error with a key path that omits the kind of the entry."""
     problem = scenario_error("", error)
     return InputError(f"{problem.key.partition('.')[2] or problem.key}: {problem.problem}")
 

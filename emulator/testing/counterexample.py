@@ -91,7 +91,7 @@ def _nothing_stored() -> Iterator[None]:
 
 @contextmanager
 def _no_constants_of_sources() -> Iterator[None]:
-    """Prevent Hypothesis from trying constants of local modules, because only a clone has these."""
+    """Prevent Hypothesis from trying constants of local modules, because only a clone has these modules."""
     try:
         from hypothesis.internal.conjecture import providers
         from hypothesis.internal.constants_ast import Constants

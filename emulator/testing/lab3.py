@@ -129,7 +129,7 @@ class PythonModel:
 class Compiled:
     """Functions of compiled firmware, called on the emulated processor.
 
-    ``firmware``: an ELF file, or a name. ``names``: names that differ from those of the lab, such
+    ``firmware``: an ELF file, or a name. ``names``: names that differ from the lab's names, such
     as ``{"yaw": "heading"}``. Functions without parameters use globals such as ``acc`` and
     ``pitch``.
     """
@@ -210,7 +210,7 @@ class Compiled:
 
 
 def lab3_properties(subject: Subject, **chosen: Any) -> type[Any]:
-    """Return a test class for pytest. The name of the variable for it must begin with Test.
+    """Return a test class for pytest. The name of the class's variable must begin with Test.
 
     ``chosen``: Hypothesis settings, such as ``max_examples=1000``.
     """
@@ -265,7 +265,7 @@ class _Properties:
 
     @property
     def counterexample(self) -> str:
-        """The scenario of the latest example, which may be an example that fails."""
+        """The scenario of the latest example. This example may be a failure."""
         return self._example()
 
     def board_scenario(self, test: Callable[[_Properties], None]) -> str:
@@ -342,7 +342,7 @@ class _Properties:
 
     @_of(hard_irons(), st.integers(100, 600), st.permutations(range(6)))
     def test_calibration_finds_any_offset(self, offset: Vector, field: int, order: list[int]) -> None:
-        """After each axis has pointed both ways along the field, only C's rounding error remains."""
+        """After each axis has pointed in both directions of the field, only C's rounding error remains."""
         self._require("calibration")
         ends = [_axis(axis, sign * field) for axis in range(3) for sign in (1, -1)]
         turned = [_plus(ends[index], offset) for index in order]

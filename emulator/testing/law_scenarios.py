@@ -1,7 +1,7 @@
 """Scenarios in which a board shows counter-examples of the lab's laws.
 
-Decision: the scenario of a counter-example is first tried on the student's firmware and on the
-lab's, and shown only if it fails on the first and passes on the second. The sensors' finite
+Decision: the scenario of a counter-example is shown only if it fails on the student's firmware
+and passes on the lab's firmware. The sensors' finite
 resolution may hide an error.
 """
 
@@ -95,7 +95,7 @@ def _pose_table(pose: Pose, expectations: list[Table], gravity: float, field: fl
 
 
 def calibration_scenario(offset: Vector, field_mgauss: int, order: Sequence[int], end: Vector) -> str:
-    """Return a scenario that turns each axis both ways along a horizontal field.
+    """Return a scenario that turns each axis into both directions of a horizontal field.
 
     The scenario expects that MAG ends at the values ``end``. ``order``: order of X, -X, Y, -Y, Z and -Z.
     """

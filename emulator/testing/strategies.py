@@ -138,7 +138,7 @@ def soft_irons(most: float = 0.2) -> st.SearchStrategy[tuple[tuple[float, ...], 
 
 
 def zero_vectors() -> st.SearchStrategy[tuple[Vector, Vector]]:
-    """Strategy for pairs of acceleration and field, of which at least one is zero."""
+    """Strategy for pairs of acceleration and field. At least one vector is zero."""
     anything = st.tuples(*[st.integers(-2000, 2000)] * 3)
     zero = st.just((0, 0, 0))
     return st.tuples(zero, zero) | st.tuples(zero, anything) | st.tuples(anything, zero)
@@ -165,11 +165,11 @@ def motions(
     most_moves: int = 4,
     expect: Sequence[Mapping[str, Any]] = (),
 ) -> GeneratedMotion:
-    """Strategy for motions that take some seconds.
+    """Strategy for motions that take a few seconds.
 
     If ``scenario`` is not given, a motion has up to ``most_moves`` turns to ``poses`` (default:
-    any) and lifts, with rests between them. It has ideal sensors and the expectations ``expect``.
-    If ``scenario`` is given, Hypothesis chooses its random values. A failure prints the scenario
+    any) and lifts, with rests between them. Its scenario has ideal sensors and the expectations ``expect``.
+    If ``scenario`` is given, Hypothesis chooses the scenario's random values. A failure prints the scenario
     and the command for ``firmware``. Raises ScenarioError, InputError.
     """
     if scenario is None:

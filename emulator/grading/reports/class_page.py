@@ -42,7 +42,7 @@ class HardCheck:
 
 
 def hardest_checks(graded: GradedClass) -> list[HardCheck]:
-    """Return checks with points, hardest first."""
+    """Return checks with points, the hardest check first."""
     found: dict[str, list[tuple[str, float, bool]]] = {}
     for one in graded.submissions:
         for check in one.verdict.checks if one.verdict else ():

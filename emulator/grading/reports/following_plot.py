@@ -13,7 +13,7 @@ _THINNEST = 1.5  # a printed line has no duration
 
 
 def following_plot(following: Following, duration_s: float) -> Html:
-    """Return a figure with two rows over time: the expected state, and the state seen."""
+    """Return a figure with two rows over time: the expected state, and the observed state."""
     what = f"{following.name} while {following.condition}"
     rows = (("wanted", following.wanted, "bar-ground"), ("seen", following.shown, "bar"))
     height = _ROW * (len(rows) + 1)

@@ -1,7 +1,7 @@
 """Reports for programs: CSV for learning platforms, JUnit for CI, Gradescope's ``results.json``.
 
 Decision: a submission without a grade never gets a zero. There is one exception: on Gradescope a
-rejected submission gets 0 points, because its student can submit again.
+rejected submission gets 0 points, because the student can submit again.
 """
 
 from __future__ import annotations

@@ -45,7 +45,7 @@ def element(tag: str, *children: Child, **attributes: str | float | None) -> Htm
 
 
 def join(children: Child) -> Html:
-    """Join all children. Escape those that are plain text."""
+    """Join all children. Escape children that are plain text."""
     if children is None:
         return Html("")
     if isinstance(children, Html):

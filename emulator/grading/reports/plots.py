@@ -12,7 +12,7 @@ from fcu_emulator.emulator.grading.verdict import Series
 _WIDTH, _HEIGHT = 440.0, 180.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 58.0, 12.0, 26.0, 30.0
 _ROOM = 1.5  # prints that are further from the truth than 1.5 ranges are off the chart
-_WRAP = 180.0  # a step of a direction by more degrees wraps around
+_WRAP = 180.0  # a direction that changes by more degrees wraps around
 
 
 class _Frame:
@@ -46,7 +46,7 @@ class _Frame:
 
 
 def series_plot(series: Series) -> Html:
-    """Return a chart of printed numbers as dots, with the truth. Far numbers are at the edge."""
+    """Return a chart of printed numbers as dots, with the truth. Numbers off the chart are at the edge."""
     if not series.t_s:
         return element("p", f"{series.name} was never printed.", class_="quiet")
     frame = _frame(series)
