@@ -44,7 +44,7 @@ CRYSTAL_RANGE_HZ = range(4_000_000, 26_000_001)  # STM32F401xB/C datasheet, HSE
 class MountedSensor:
     """A sensor that measures matrix @ vector for a vector in the board's axes.
 
-    ``mountings``: matrices by name, the usual one first. ``mounting_key``: the scenario key that
+    ``mountings``: matrices by name, the usual matrix first. ``mounting_key``: the scenario key that
     selects a mounting.
     """
 
@@ -171,7 +171,7 @@ class BoardDescription:
         yield from self.spi
 
     def wiring(self, name: str | None = None) -> Wiring:
-        """Return a wiring by name, or the usual one. Raises InputError."""
+        """Return a wiring by name, or the usual wiring. Raises InputError."""
         if name is None:
             return self.wirings[0]
         for wiring in self.wirings:

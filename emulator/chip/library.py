@@ -445,12 +445,12 @@ class FcuChip:
             raise error
 
     def keep_error(self, error: BaseException) -> None:
-        """End the run, and raise ``error`` after it."""
+        """End the run, then raise ``error``."""
         self._error = self._error or error
         self.shared[3] = 1
 
     def callback(self, kind: Any, function: Callable[..., Any]) -> Any:
-        """Return a callback for C. It sets the clock, and keeps an exception instead of raising it."""
+        """Return a callback for C. It sets the clock, and stores an exception instead of raising it."""
         clock, enter = self.clock, self.enter
         nothing = 0 if kind._restype_ is not None else None
 
@@ -489,7 +489,7 @@ class FcuChip:
             self.trace.add(DeviceNote(self.clock.now_ps, name, NOTE_KINDS[kind], words, problem, data))
 
     def _ignored_access(self, peripheral: int, offset: int, what: int, value: int) -> bool:
-        """Report an access. If the result is True, C does not report its register and reason again."""
+        """Report an access. If the result is True, C does not report this register and reason again."""
         del value
         self.on_ignored_access(self._by_index[peripheral], offset, what)
         return True

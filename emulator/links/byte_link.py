@@ -80,7 +80,7 @@ class MemoryLink:
         return data
 
     def flush(self, timeout_s: float) -> None:
-        """Return at once: ``sent`` is complete."""
+        """Return immediately: ``sent`` is complete."""
 
     def close(self) -> None:
         self.closed = True

@@ -15,7 +15,7 @@ EVERY_S = 10.0
 class LimitedLines:
     """Filter that passes lines to ``say``, escaped and limited in rate. It is not thread-safe.
 
-    The first line after omitted lines gives their number.
+    The first line after omitted lines contains the number of omitted lines.
     """
 
     def __init__(self, say: Callable[[str], None], clock_s: Callable[[], float] = time.monotonic) -> None:

@@ -180,7 +180,7 @@ class PtyLink:
             self._lost_absent += unread
 
     def _renew_device(self) -> None:
-        """Create a device for ``link_path``, because the old one is permanently locked."""
+        """Create a device for ``link_path``, because the old device is permanently locked."""
         self._read()  # the reader may have sent bytes after the last read, before it closed the port
         with contextlib.suppress(LinkError):  # the port stays locked, but the board continues
             fresh = _open_device(self._name)

@@ -2,7 +2,7 @@
 
 The port has no password, because terminal programs cannot send one.
 
-Decision: several readers may connect to the TCP port at a time, for example a projector and a
+Decision: several readers may connect to the TCP port at the same time, for example a projector and a
 recorder.
 
 Decision: the TCP port keeps output for the first reader, as the pseudo-terminal does.
@@ -42,7 +42,7 @@ SYSTEM_BUFFER = 128 * 1024
 """Requested size of the system's buffer for one reader."""
 POLL_S = 0.005
 FIRST_PORT = 4001
-"""Default port, the usual first port of serial device servers; ``PORTS_TRIED`` ports from this one are tried."""
+"""Default port, the usual first port of serial device servers; ``PORTS_TRIED`` ports from here on are tried."""
 PORTS_TRIED = 16
 
 
@@ -243,7 +243,7 @@ class TcpLink:
                 if error.errno in (
                     errno.ECONNABORTED,
                     errno.EPROTO,
-                ):  # this client has given up: try the next one
+                ):  # this client has given up: try the next client
                     continue
                 return
             if len(self._readers) >= MOST_READERS:

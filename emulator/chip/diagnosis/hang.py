@@ -1,8 +1,8 @@
 """Detection of endless loops, and of the reason why a loop's condition never becomes true.
 
 Decision: a loop in ``main()`` that reads nothing counts as correct if interrupts of peripherals are
-enabled. If none are, the loop is reported but is not a failure: it may be the intended end. Code on
-the process stack is not checked.
+enabled. If no such interrupt is enabled, the loop is reported but is not a failure: the loop may be
+the intended end. Code on the process stack is not checked.
 """
 
 from __future__ import annotations
@@ -338,7 +338,7 @@ class Hang:
         )
 
     def _outermost(self, loop: Loop) -> int:
-        """Return the loop's outermost call, else its last instruction.
+        """Return the loop's outermost call; without a call, the instruction with the highest address.
 
         This address does not depend on the instruction at which the run ended.
         """

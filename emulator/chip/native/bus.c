@@ -5,7 +5,7 @@
 
 #include "fcu.h"
 
-/* the cost of programming the flash is added to the cost of its registers (write_flash()) */
+/* the cost of programming the flash is added to the cost of the flash registers (write_flash()) */
 #define FLASH_INTERFACE_BASE 0x40023C00u
 /* read_memory_like() is used after this number of reads of a peripheral without a write */
 #define MEMORY_LIKE_AFTER 1000

@@ -127,7 +127,7 @@ static inline void peripheral_set_irq(Peripheral *peripheral, int number, bool l
   }
 }
 
-/* Access a register at chip->now_ps; *until_ps as in PeripheralType. */
+/* Access a register at chip->now_ps; PeripheralType explains *until_ps. */
 uint32_t peripheral_read(Peripheral *peripheral, uint32_t offset, unsigned size, int64_t *until_ps);
 void peripheral_write(Peripheral *peripheral, uint32_t offset, unsigned size, uint32_t value);
 

@@ -264,7 +264,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         self._starting: dict[str, Event] = {}
         self._check: Event | None = None
         self._pll_hz = self._pll_nominal_hz = 0
-        # the frequencies in use, and those of the low-speed oscillators
+        # the frequencies in use, and the frequencies of the low-speed oscillators
         self._adopted: tuple[Frequencies, tuple[int, int, int]] | None = None
         self._adopt(frequencies(oscillators.hsi_hz, 0), frequencies(HSI_HZ, 0))
 

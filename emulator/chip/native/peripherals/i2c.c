@@ -1,8 +1,8 @@
 /* I2C1 to I2C3 as bus master (RM0368 section 18).
  *
  * A message is a sequence of operations: start, address, bytes, stop (18.3.3, figures 163, 164). After each operation
- * STOP, START and DR select the next one; without a request the peripheral holds SCL low. The end of an operation is
- * a scheduled event while an interrupt or DMA waits for it, otherwise a deferred event.
+ * STOP, START and DR select the next operation; without a request the peripheral holds SCL low. The end of an
+ * operation is a scheduled event while an interrupt or DMA waits for it, otherwise a deferred event.
  *
  * The receiver has two stages, DR and shift register; when both are full (BTF), SCL stays low until DR is read. ACK is
  * evaluated at the end of a byte; with POS, the first byte uses the value that ACK had when the address was sent. HAL

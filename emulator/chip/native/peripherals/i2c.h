@@ -57,7 +57,7 @@ typedef struct {
   uint8_t nack_next;   /* LAST: the next byte is the last of the DMA transfer, and is not acknowledged */
   uint8_t dr_full;     /* a byte in DR waits for the shift register */
   uint8_t shift_full;  /* the latest byte arrived while DR was full */
-  uint8_t acknowledge; /* value of ACK when the previous byte ended; with POS it answers the present byte */
+  uint8_t acknowledge; /* value of ACK when the previous byte ended; with POS, used for the present byte */
   uint8_t shift;
   uint8_t reads_registers; /* bytes come from sensor_registers.h if possible */
   uint32_t last_sr1;
@@ -80,7 +80,7 @@ enum Answer i2c_wire_address(I2c *i2c);
 /* Send the byte in the shift register; return true if it was acknowledged. */
 bool i2c_wire_write(I2c *i2c);
 uint8_t i2c_wire_read(I2c *i2c);
-/* The message has ended with a stop condition at end_ps, or without one. */
+/* The message has ended with a stop condition at end_ps, or without a stop condition. */
 void i2c_wire_end(I2c *i2c, int64_t end_ps);
 void i2c_wire_abort(I2c *i2c);
 /* Return the time at which the held line is released, or 0 if no line is held low. */

@@ -109,7 +109,7 @@ int64_t event_at(const Chip *chip, int event);
 /* Call this when the peripheral is created. Then dma_ready() is called when a stream begins to serve the
  * line. */
 void dma_connect(Peripheral *peripheral, enum Request line);
-/* Make one transfer at once. Return false if no stream serves the line. */
+/* Make one transfer immediately. Return false if no stream serves the line. */
 bool dma_request(Chip *chip, enum Request line);
 /* Return 0 if no stream serves the line. */
 uint32_t dma_remaining(const Chip *chip, enum Request line);

@@ -22,7 +22,7 @@ enum RegisterAccess { ACCESS_LIVE, ACCESS_MEMORY, ACCESS_STATUS, ACCESS_OUTPUT }
 
 typedef struct {
   uint64_t version;    /* the sensor's version when Python filled the train */
-  int64_t at, count;   /* indices of the current sample and the final one */
+  int64_t at, count;   /* indices of the current sample and the final sample */
   int64_t taken;       /* samples taken by C and not yet reported to Python */
   int64_t times[TRAIN_AHEAD + 1]; /* [n]: time when sample n + 1 replaces sample n */
   uint64_t holds[OUTPUT_WIDTH], releases[OUTPUT_WIDTH];
