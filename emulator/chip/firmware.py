@@ -63,7 +63,7 @@ class ArmFirmware:
         self._run.run_until_ps(at_ps, self.limits)
 
     def diagnosis(self) -> Diagnosis | None:
-        """Return the worst problem now, or None."""
+        """Return the worst problem at the present time, or None."""
         return diagnose(self)
 
     def diagnosis_text(self) -> str:

@@ -438,7 +438,7 @@ class FcuChip:
         self.library.fcu_watch_irqs(self.handle, self.callback(IRQ_CHANGED, changed))
 
     def raise_error(self) -> None:
-        """Raise the exception of a callback, if there was one."""
+        """Raise the exception that a callback has stored, if any."""
         if self._error is not None:
             error, self._error = self._error, None
             self.shared[3] = 0

@@ -1,6 +1,6 @@
 """The serial port as a raw TCP port of 127.0.0.1.
 
-The port has no password, because terminal programs cannot send one.
+The port has no password, because terminal programs cannot send passwords.
 
 Decision: several readers may connect to the TCP port at the same time, for example a projector and a
 recorder.

@@ -222,7 +222,7 @@ class Core(FcuChip):
 
     @property
     def active(self) -> int:
-        """Active exceptions, including preempted ones. Bit n is exception n."""
+        """Active exceptions, including preempted exceptions. Bit n is exception n."""
         return _mask(self.status().active)
 
     def priority(self, exception: int) -> int:
@@ -231,7 +231,7 @@ class Core(FcuChip):
         return priority
 
     def preempts(self, exception: int, masks: Masks) -> bool:
-        """Return whether an exception can preempt the active ones (ARMv7-M ARM B1.5.4)."""
+        """Return whether an exception can preempt the active exceptions (ARMv7-M ARM B1.5.4)."""
         library, handle = self.library, self.handle
         group: int = library.fcu_priority_group(handle, self.priority(exception))
         return bool(group < library.fcu_execution_priority(handle, *masks))

@@ -94,7 +94,7 @@ class Interrupts:
         return any(self._core.preempts(number, masks) for masks in self._masks)
 
     def from_peripherals(self, *, now: bool = True) -> list[int]:
-        """Return the enabled interrupts of peripherals; with ``now``, only those that can be taken."""
+        """Return the enabled interrupts of peripherals; with ``now``, only interrupts that can be taken."""
         enabled = self._core.enabled >> FIRST_INTERRUPT << FIRST_INTERRUPT
         return [number for number in bits(enabled) if not now or self.preempts(number)]
 

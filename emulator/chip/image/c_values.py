@@ -153,7 +153,7 @@ def _store_structure(kind: Structure, value: Any, raw: bytearray, offset: int, n
 
 
 def _names(kind: CType) -> list[str]:
-    """Return member names, including those of anonymous structures."""
+    """Return member names, including names in anonymous structures."""
     if not isinstance(kind, Structure):
         return []
     return [

@@ -58,7 +58,7 @@ struct Chip {
   int64_t detailed;     /* the trace records bus transfers and chip-select edges */
   int64_t work;         /* since power-on, in units of work.h */
   int64_t work_limit;
-  int64_t observed; /* the trace needs events at once; otherwise output edges are only recorded (gpio.c) */
+  int64_t observed; /* the trace needs events immediately; otherwise output edges are only recorded (gpio.c) */
 
   int32_t bare; /* no peripherals in C: Python handles all registers (fcu_execute()) */
   Host host;

@@ -207,7 +207,7 @@ class Adc(Peripheral, declared=DECLARED["ADC1"]):
         self._begin()
 
     def _transfer(self, last: bool) -> None:
-        """Let DMA read DR; without DDS, requests end after the last transfer."""
+        """Let DMA read DR; without DDS, requests end after the final transfer."""
         served = self.soc.dma.request(self.name)
         if last and served and not self.registers[CR2] & _DDS and not self.soc.dma.remaining(self.name):
             self._wants_dma = False

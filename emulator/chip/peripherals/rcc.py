@@ -1,8 +1,8 @@
 """RCC: clocks, gates, resets and reset flags (RM0368 section 6).
 
 Oscillators take typical start-up times (STM32F401xB/C datasheet). MCO1, MCO2, clock security,
-spread spectrum and xxxLPENR have no effect. The model has a 32 kHz crystal, but the real board may
-not have one.
+spread spectrum and xxxLPENR have no effect. The model has a 32 kHz crystal, but it may be missing
+on the real board.
 """
 
 from __future__ import annotations
@@ -224,7 +224,7 @@ class _Controlled:
         self._latest: dict[int, tuple[int, tuple[tuple[int, Peripheral], ...]]] = {}
 
     def of(self, bits: int) -> tuple[int, tuple[tuple[int, Peripheral], ...]]:
-        """Return the peripherals that ``bits`` select: a mask of those in C, and those in Python with their bits.
+        """Return the peripherals that ``bits`` select: those in C as a mask, those in Python with their bits.
 
         Bit n of the mask is the peripheral with index n.
         """

@@ -276,7 +276,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
             initialised = _INITS if self.registers[DR] >> 16 & 0xFF else 0  # the year is not 0 (17.6.4)
             self.registers[ISR] = self.registers[ISR] & ~(_INIT | _INITF | _INITS) | _RSF | initialised
         elif running:
-            self.registers[ISR] |= _RSF  # the chip sets it again soon after software clears it
+            self.registers[ISR] |= _RSF  # the chip sets RSF again soon after software clears RSF
 
         if wanted is running:
             self._plan_all()

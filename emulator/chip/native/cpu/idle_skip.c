@@ -13,7 +13,7 @@
 #include "chip.h"
 
 #define CHECK_INTERVAL 20000 /* maximum number of instructions in a run */
-#define CHECK_SOON 500       /* this maximum after a skipped loop: firmware may wait again soon */
+#define CHECK_SOON 500       /* maximum after a skipped loop: firmware may wait again soon */
 #define MAX_CHECK_INTERVAL 100000000
 #define SUSPECT_AFTER 500 /* instructions without an access, after which a loop is suspected */
 #define LONGEST_LOOP 256

@@ -8,7 +8,7 @@
 #include "fcu.h"
 
 #define MAX_RUN 2000000                  /* instructions: about 10 ms of the host */
-#define MAX_CHAIN 1000                   /* instructions without a return to the main loop; more than a block has */
+#define MAX_CHAIN 1000                   /* instructions without a return to the main loop; larger than a block */
 #define RESET_PULSE_PS INT64_C(20000000) /* minimum (RM0368 6.1.1) */
 
 void run_loop_create(Chip *chip) {

@@ -33,7 +33,7 @@ static inline void write_bits(uint32_t *word, uint32_t value, uint32_t mask, uin
   *word = (*word & ~mask) | (value & mask);
 }
 
-/* Example: FIELD(cr2, CR2_STOP). The names are those of the generated header. */
+/* Example: FIELD(cr2, CR2_STOP). The generated header defines the names. */
 #define FIELD(value, name) (((value) & (name)) >> name##_SHIFT)
 
 int64_t gcd(int64_t a, int64_t b);

@@ -44,7 +44,7 @@ typedef struct {
 typedef struct {
   /* Return the address of the sensor's bank; 0: Python handles reads. BANK_REFUSED: the sensor does not answer. */
   int64_t (*bank)(int64_t now_ps, int32_t target);
-  /* Fill the train with the current sample and the next ones, or set is_live. */
+  /* Fill the train with the current sample and the next samples, or set is_live. */
   void (*fill)(int64_t now_ps, int32_t target, int32_t train);
 } TargetCalls;
 
