@@ -95,7 +95,7 @@ class CallbackTimer:
 
 @dataclass(frozen=True)
 class AbsentPart:
-    """A part without a model. The trace reports when firmware selects it. ``held``: levels of its outputs."""
+    """A part without a model. The trace reports when firmware selects it. ``held``: levels of the part's outputs."""
 
     name: str
     spi: str
@@ -135,7 +135,7 @@ class BoardDescription:
     """One kind of board.
 
     ``leds``: pins of the LEDs; a low level lights an LED. ``motors``: timer and channel of each PWM
-    output. ``wirings``: the usual wiring first. ``built_firmware``: programs in
+    output. ``wirings``: all wirings, the usual wiring first. ``built_firmware``: programs in
     :mod:`fcu_emulator.firmware_model.arm`.
     """
 

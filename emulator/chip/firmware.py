@@ -1,7 +1,7 @@
 """Compiled firmware on the virtual board, within limits.
 
 Decision: limits on the firmware's actions (work, instructions, bytes, resets) take effect at the
-same instruction on every machine. The limit on wall time is the last resort, because verdicts must
+same instruction on every machine. The limit on wall time is a last resort, because verdicts must
 not depend on the machine.
 """
 

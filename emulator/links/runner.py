@@ -23,7 +23,7 @@ _LAG_FORGIVEN_S = 0.5
 class Pacer:
     """Pacing of a run: virtual time is ``speed`` times wall time.
 
-    With ``speed`` None, the run never sleeps. ``slice_s``: virtual time of the next slice.
+    If ``speed`` is None, the run never sleeps. ``slice_s``: virtual time of the next slice.
     """
 
     def __init__(self, speed: float | None) -> None:

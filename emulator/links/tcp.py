@@ -87,7 +87,7 @@ class Reader:
     def receive(self) -> bytes:
         if (
             self.gone or len(self._encoded) > CHUNK
-        ):  # send pending answers first, because a reader that does not read them must not cause more
+        ):  # send pending answers first, because a reader that does not read must not cause more answers
             return b""
         try:
             data = self._socket.recv(CHUNK)

@@ -245,7 +245,7 @@ class Core(FcuChip):
         self.clock.now_ps = max(self.clock.now_ps, self.shared[0])
 
     def resume(self, step: bool) -> None:
-        """Resume execution. With ``step``, halt after one instruction or exception entry."""
+        """Resume execution. If ``step`` is set, halt after one instruction or exception entry."""
         self.stepping = step
         self.library.fcu_resume(self.handle, step)
 

@@ -79,7 +79,7 @@ _TICKING = systick.SYST_CSR.ENABLE.mask | systick.SYST_CSR.TICKINT.mask
 
 
 class Interrupts:
-    """Interrupts that can be taken now or, with a loop's ``masks``, at some instruction of the loop."""
+    """Interrupts that can be taken now or, if a loop's ``masks`` are given, at some instruction of the loop."""
 
     def __init__(self, core: Core, masks: Iterable[Masks] = ()) -> None:
         self._core = core
@@ -94,7 +94,7 @@ class Interrupts:
         return any(self._core.preempts(number, masks) for masks in self._masks)
 
     def from_peripherals(self, *, now: bool = True) -> list[int]:
-        """Return the enabled interrupts of peripherals; with ``now``, only interrupts that can be taken."""
+        """Return the enabled interrupts of peripherals; if ``now`` is set, only interrupts that can be taken."""
         enabled = self._core.enabled >> FIRST_INTERRUPT << FIRST_INTERRUPT
         return [number for number in bits(enabled) if not now or self.preempts(number)]
 

@@ -1,4 +1,4 @@
-/* The C interface for Python; each section names the file that implements it.
+/* The C interface for Python; the heading of each section gives the file that implements the section.
  *
  * All functions take the handle that fcu_create() returns. There is no global state. Only one thread at a time
  * may use a handle. Times are picoseconds since power-on. C code of the library itself calls hidden functions,
@@ -63,9 +63,9 @@ int32_t fcu_enter_exception(Chip *chip, int32_t number, uint32_t vectors);
 
 /* Halt before the next instruction. An exception entry in progress is finished first. */
 void fcu_halt(Chip *chip);
-/* With step, halt again after one instruction or exception entry. */
+/* If step is set, halt again after one instruction or exception entry. */
 void fcu_resume(Chip *chip, int32_t step);
-/* While the core is halted, fcu_run_until() returns immediately. */
+/* fcu_run_until() returns immediately while the core is halted. */
 int32_t fcu_is_halted(const Chip *chip);
 void fcu_wake(Chip *chip);
 /* Select whether BKPT halts the core. fcu_halted_on_bkpt() returns whether BKPT has halted the core since

@@ -79,7 +79,7 @@ typedef struct {
 } Format;
 extern const Format SINGLE, HALF, ALTERNATIVE_HALF;
 
-/* Unpack a finite value. With FPSCR.FZ, a denormal becomes 0. */
+/* Unpack a finite value. If FPSCR.FZ is set, a denormal becomes 0. */
 Number unpacked(Core *core, uint32_t value);
 /* FPRound, with flags. */
 uint32_t rounded(Core *core, Number number, Format format, enum Rounding mode);

@@ -12,7 +12,7 @@
  * NOT MODELLED
  * - Levels in alternate-function mode: the pin is released.
  * - OSPEEDR: stored.
- * - EXTI: analog pins are not disconnected from it.
+ * - EXTI: analog pins are not disconnected from EXTI.
  */
 #include "peripherals/gpio.h"
 

@@ -57,7 +57,7 @@ typedef struct {
   uint8_t nack_next;   /* LAST: the next byte is the last of the DMA transfer, and is not acknowledged */
   uint8_t dr_full;     /* a byte in DR waits for the shift register */
   uint8_t shift_full;  /* the latest byte arrived while DR was full */
-  uint8_t acknowledge; /* value of ACK when the previous byte ended; with POS, used for the present byte */
+  uint8_t acknowledge; /* value of ACK when the previous byte ended; if POS is set, used for the present byte */
   uint8_t shift;
   uint8_t reads_registers; /* bytes come from sensor_registers.h if possible */
   uint32_t last_sr1;
