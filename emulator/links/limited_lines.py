@@ -8,7 +8,7 @@ from collections.abc import Callable
 from fcu_emulator.emulator.text import one_line
 
 BURST = 5
-"""Number of lines that are passed on at once; further lines pass at a rate of one per :data:`EVERY_S`."""
+"""Number of lines that may pass in quick succession; afterwards, one line may pass per :data:`EVERY_S`."""
 EVERY_S = 10.0
 
 

@@ -355,7 +355,7 @@ class Core(FcuChip):
             native.reset()
         for peripheral in reversed(
             self._python_peripherals
-        ):  # RCC is last, so that no peripheral gets new clocks with old settings
+        ):  # RCC is reset last, so that no peripheral gets new clocks with old settings
             peripheral.reset()
 
     def _accessed(self, address: int, size: int, written: int) -> None:

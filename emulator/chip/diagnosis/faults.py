@@ -58,7 +58,7 @@ HFSR: Final[Mapping[str, str]] = {
 
 
 def decoded(register: type[Word], value: int, meanings: Mapping[str, str]) -> Iterator[str]:
-    """Return a line such as ``CFSR 0x00008200``, then one line for each set bit, the lowest first."""
+    """Return a line such as ``CFSR 0x00008200``, then one line for each set bit, the lowest bit first."""
     yield f"{register.__name__} 0x{value:08X}"
     for bits in reversed(register.fields):
         if value & bits.mask:

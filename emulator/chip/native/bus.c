@@ -258,7 +258,7 @@ static bool read_device(Chip *chip, uint32_t address, unsigned size, uint32_t *v
                                : read_bit_band(chip, address, value);
 }
 
-/* Return whether the write changes nothing. Loops that display a state repeat such writes. Therefore these
+/* Return whether the write changes nothing. Loops that show a state on LEDs repeat such writes. Therefore these
  * writes do not end poll skipping. */
 static bool is_redundant_write(const Peripheral *peripheral, uint32_t address, unsigned size, uint32_t value) {
   uint32_t shift = 8 * (address & 3), mask = size_mask(size) << shift;

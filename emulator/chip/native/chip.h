@@ -35,7 +35,7 @@ typedef struct {
   /* The core registers still have their values at the faulting instruction. */
   void (*fault)(int64_t now_ps, int32_t exception, uint32_t cfsr, uint32_t hfsr, uint32_t address);
   void (*locked_up)(int64_t now_ps, uint32_t pc);
-  /* Reset all peripherals, RCC last. */
+  /* Reset all peripherals, RCC after the others. */
   void (*reset)(int64_t now_ps, int32_t reason);
   void (*accessed)(int64_t now_ps, uint32_t address, uint32_t size, int32_t written);
 } Host;

@@ -31,9 +31,9 @@ class ClockTree(Protocol):
     nominal_pclk1_hz: int
     pclk2_hz: int
     timer1_hz: int
-    """Clock of the timers on APB1: twice PCLK1 unless APB1's prescaler is 1."""
+    """Clock of the timers on APB1: twice PCLK1, or four times if TIMPRE is set, but at most HCLK."""
     timer2_hz: int
-    """Clock of the timers on APB2, by the same rule."""
+    """Clock of the timers on APB2: twice PCLK2, or four times if TIMPRE is set, but at most HCLK."""
     lsi_hz: int
     """The internal oscillator of 32 kHz; 0 while it is not ready."""
     lse_hz: int

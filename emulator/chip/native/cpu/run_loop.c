@@ -314,7 +314,7 @@ static void reset(Chip *chip) {
   run_loop->reported_lock_up = 0;
   int64_t before = chip->work;
   python_registers_invalidate(chip);
-  chip->host.reset(chip->now_ps, reason); /* RCC is last, so that no peripheral gets new clocks with old
+  chip->host.reset(chip->now_ps, reason); /* RCC is reset last, so that no peripheral gets new clocks with old
                                              settings */
   fcu_start(chip);
   cycle_clock_sleep_until(&chip->cycle_clock, chip->now_ps + RESET_PULSE_PS);

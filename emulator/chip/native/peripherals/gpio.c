@@ -222,7 +222,7 @@ static void gpio_write(Peripheral *peripheral, uint32_t offset, uint32_t value, 
   }
 }
 
-/* Return whether the write changes no output. Loops that display a state repeat the same write. */
+/* Return whether the write changes no output. Loops that show a state on LEDs repeat the same write. */
 static bool gpio_is_redundant_write(const Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
   const GpioPort *port = (const GpioPort *)peripheral;
   return (offset == BSRR || offset == ODR) && latched(port, offset, value, mask) == port->registers[ODR >> 2];

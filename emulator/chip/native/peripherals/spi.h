@@ -36,7 +36,7 @@ typedef struct {
   void (*send)(int64_t now_ps, int32_t sensor, int32_t byte);
   int32_t (*receive)(int64_t now_ps, int32_t sensor, int32_t wires);
   void (*close)(int64_t now_ps, int32_t sensor);
-  /* A message has been recorded; only while chip->detailed. */
+  /* A message has been recorded; called only while chip->detailed is set. */
   void (*ended)(int64_t now_ps);
 } SpiCalls;
 
