@@ -257,7 +257,7 @@ def load() -> Any:
 
 
 class _ChipOwner:
-    """An object whose deletion frees the chip in C."""
+    """An object that frees the chip in C when the object is deleted."""
 
 
 class FcuChip:
@@ -389,7 +389,7 @@ class FcuChip:
         self.clock.advance_to(at_ps)
 
     def enter(self) -> None:
-        """Pass the time of Python's next event and the settings of the trace to C."""
+        """Give C the time of Python's next event, and the settings of the trace."""
         shared, trace = self.shared, self.trace
         shared[1], shared[4], shared[7] = self.clock.next_ps, trace.detailed, trace.observed
 

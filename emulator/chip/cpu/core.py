@@ -80,7 +80,7 @@ class Core(FcuChip):
         self.before_reset = b"", b""
         """R0 to R12, SP, LR, PC, xPSR, and the RAM, before the latest reset."""
         self.code_version = 0
-        """A number that changes with the content of the flash."""
+        """A number that changes whenever the contents of the flash change."""
         self.stepping = False
         """Whether only one instruction is being executed."""
         self._load(segments)

@@ -305,7 +305,7 @@ _RESETS_OF_A_LOOP = 10
 
 
 def is_reset_endlessly(core: Core) -> bool:
-    """Return whether the latest resets are at most a second apart, and the next is not overdue."""
+    """Return whether the latest resets are at most a second apart, and the next reset is not overdue."""
     times_ps = [t_ps for t_ps, _ in core.resets][-_RESETS_OF_A_LOOP:]
     if len(times_ps) < _RESETS_OF_A_LOOP:
         return False

@@ -197,8 +197,8 @@ static bool write_bit_band(Chip *chip, uint32_t address, uint32_t value) {
   return true;
 }
 
-/* Cache a register for repeat_read(). Registers of memory-like peripherals are not cached. The core's
- * registers are not cached either, because the core's state changes them. */
+/* Cache a register for repeat_read(). Registers of memory-like peripherals are not cached. Registers of the
+ * core are not cached either, because the core's state changes them. */
 static void cache_polled(Chip *chip, const Peripheral *peripheral, uint32_t address, unsigned size, uint32_t value,
                         int64_t until_ps) {
   Polled *polled = poll_skip_slot(&chip->poll_skip, address);

@@ -68,8 +68,8 @@ void fcu_resume(Chip *chip, int32_t step);
 /* fcu_run_until() returns immediately while the core is halted. */
 int32_t fcu_is_halted(const Chip *chip);
 void fcu_wake(Chip *chip);
-/* Select whether BKPT halts the core. fcu_halted_on_bkpt() returns whether BKPT has halted the core since
- * the previous call. */
+/* Select whether BKPT halts the core. fcu_halted_on_bkpt() returns whether BKPT has halted the core since the
+ * previous call of fcu_halted_on_bkpt(). */
 void fcu_debug(Chip *chip, int32_t on);
 int32_t fcu_halted_on_bkpt(Chip *chip);
 

@@ -1,8 +1,8 @@
 """ADC1: timed regular conversions (RM0368 section 11), and the board's voltages.
 
 Continuous conversion of one channel without DMA or interrupt pauses at EOC. A read of DR then
-converts the voltage at the time of the read. An unconnected input reads 0 V. Notes report injected
-channels, triggers, analog watchdog and discontinuous mode as not modelled.
+converts the voltage that is present at this time. An unconnected input reads 0 V. Notes report
+injected channels, triggers, analog watchdog and discontinuous mode as not modelled.
 """
 
 from __future__ import annotations

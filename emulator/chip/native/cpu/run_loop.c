@@ -364,7 +364,7 @@ int32_t fcu_halted_on_bkpt(Chip *chip) {
   return met;
 }
 
-/* Return false if nothing is to be done. */
+/* Return false if no work is due. */
 static bool between_instructions(Chip *chip) {
   RunLoop *run_loop = &chip->run_loop;
   if (run_loop->reset_reason) {
