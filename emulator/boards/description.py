@@ -44,7 +44,7 @@ CRYSTAL_RANGE_HZ = range(4_000_000, 26_000_001)  # STM32F401xB/C datasheet, HSE
 class MountedSensor:
     """A sensor that measures matrix @ vector for a vector in the board's axes.
 
-    ``mountings``: matrices by name, the usual one first. ``mounting_key``: the scenario key that
+    ``mountings``: matrices by name, the usual matrix first. ``mounting_key``: the scenario key that
     selects a mounting.
     """
 
@@ -95,7 +95,7 @@ class CallbackTimer:
 
 @dataclass(frozen=True)
 class AbsentPart:
-    """A part without a model. The trace reports when firmware selects it. ``held``: levels of its outputs."""
+    """A part without a model. The trace reports when firmware selects it. ``held``: levels of the part's outputs."""
 
     name: str
     spi: str
@@ -135,7 +135,7 @@ class BoardDescription:
     """One kind of board.
 
     ``leds``: pins of the LEDs; a low level lights an LED. ``motors``: timer and channel of each PWM
-    output. ``wirings``: the usual wiring first. ``built_firmware``: programs in
+    output. ``wirings``: all wirings, the usual wiring first. ``built_firmware``: programs in
     :mod:`fcu_emulator.firmware_model.arm`.
     """
 
@@ -171,7 +171,7 @@ class BoardDescription:
         yield from self.spi
 
     def wiring(self, name: str | None = None) -> Wiring:
-        """Return a wiring by name, or the usual one. Raises InputError."""
+        """Return a wiring by name, or the usual wiring. Raises InputError."""
         if name is None:
             return self.wirings[0]
         for wiring in self.wirings:

@@ -1,7 +1,7 @@
 """Compiled firmware on the virtual board, within limits.
 
 Decision: limits on the firmware's actions (work, instructions, bytes, resets) take effect at the
-same instruction on every machine. The limit on wall time is the last resort, because verdicts must
+same instruction on every machine. The limit on wall time is a last resort, because verdicts must
 not depend on the machine.
 """
 
@@ -63,7 +63,7 @@ class ArmFirmware:
         self._run.run_until_ps(at_ps, self.limits)
 
     def diagnosis(self) -> Diagnosis | None:
-        """Return the worst problem now, or None."""
+        """Return the worst problem at the present time, or None."""
         return diagnose(self)
 
     def diagnosis_text(self) -> str:

@@ -257,7 +257,7 @@ def load() -> Any:
 
 
 class _ChipOwner:
-    """An object whose deletion frees the chip in C."""
+    """An object that frees the chip in C when the object is deleted."""
 
 
 class FcuChip:
@@ -389,7 +389,7 @@ class FcuChip:
         self.clock.advance_to(at_ps)
 
     def enter(self) -> None:
-        """Pass the time of Python's next event and the settings of the trace to C."""
+        """Give C the time of Python's next event, and the settings of the trace."""
         shared, trace = self.shared, self.trace
         shared[1], shared[4], shared[7] = self.clock.next_ps, trace.detailed, trace.observed
 
@@ -438,19 +438,19 @@ class FcuChip:
         self.library.fcu_watch_irqs(self.handle, self.callback(IRQ_CHANGED, changed))
 
     def raise_error(self) -> None:
-        """Raise the exception of a callback, if there was one."""
+        """Raise the exception that a callback has stored, if any."""
         if self._error is not None:
             error, self._error = self._error, None
             self.shared[3] = 0
             raise error
 
     def keep_error(self, error: BaseException) -> None:
-        """End the run, and raise ``error`` after it."""
+        """End the run, then raise ``error``."""
         self._error = self._error or error
         self.shared[3] = 1
 
     def callback(self, kind: Any, function: Callable[..., Any]) -> Any:
-        """Return a callback for C. It sets the clock, and keeps an exception instead of raising it."""
+        """Return a callback for C. It sets the clock, and stores an exception instead of raising it."""
         clock, enter = self.clock, self.enter
         nothing = 0 if kind._restype_ is not None else None
 
@@ -489,7 +489,7 @@ class FcuChip:
             self.trace.add(DeviceNote(self.clock.now_ps, name, NOTE_KINDS[kind], words, problem, data))
 
     def _ignored_access(self, peripheral: int, offset: int, what: int, value: int) -> bool:
-        """Report an access. If the result is True, C does not report its register and reason again."""
+        """Report an access. If the result is True, C does not report this register and reason again."""
         del value
         self.on_ignored_access(self._by_index[peripheral], offset, what)
         return True

@@ -35,7 +35,7 @@ class ReadableTarget(Protocol):
 
     @property
     def version(self) -> array[int]:
-        """A number that changes with the sensor's state."""
+        """A number that changes whenever the sensor's state changes."""
         ...
 
     @property

@@ -19,7 +19,7 @@ class ByteLink(Protocol):
     """The other end of the virtual UART, for use by one thread. It passes no bytes after ``close``."""
 
     def send(self, data: bytes) -> None:
-        """Take ``data`` for the reader without blocking. Count bytes that do not fit as lost."""
+        """Take ``data`` for the reader without blocking. Bytes that do not fit are counted as lost."""
 
     def receive(self, most: int) -> bytes:
         """Return up to ``most`` bytes for the board without blocking. Keep the rest."""
@@ -80,7 +80,7 @@ class MemoryLink:
         return data
 
     def flush(self, timeout_s: float) -> None:
-        """Return at once: ``sent`` is complete."""
+        """Return immediately: ``sent`` is complete."""
 
     def close(self) -> None:
         self.closed = True
@@ -154,7 +154,7 @@ class Patience:
 
 
 def losses(name: object, *counts: tuple[int, str]) -> list[str]:
-    """Return the line of :meth:`ByteLink.report` for ``counts`` of lost bytes with reasons."""
+    """Return the line of :meth:`ByteLink.report`; ``counts`` has numbers of lost bytes and reasons."""
     reasons = [(count, why) for count, why in counts if count]
     if len(reasons) == 1:
         return [f"serial: {reasons[0][0]} bytes lost on {name} {reasons[0][1]}"]

@@ -1,7 +1,7 @@
 """Control of running boards by other ``fcu`` programs of the same user.
 
 A file in the user's runtime folder contains the port and a token. Each line from a client is a JSON
-object; the first one contains the token.
+object; the first line contains the token.
 
 Decision: the control server uses TCP and a token on every system, because Windows needs TCP anyway.
 

@@ -8,14 +8,14 @@ from collections.abc import Callable
 from fcu_emulator.emulator.text import one_line
 
 BURST = 5
-"""Number of lines that are passed on at once; further lines pass at a rate of one per :data:`EVERY_S`."""
+"""Number of lines that may pass in quick succession; afterwards, one line may pass per :data:`EVERY_S`."""
 EVERY_S = 10.0
 
 
 class LimitedLines:
     """Filter that passes lines to ``say``, escaped and limited in rate. It is not thread-safe.
 
-    The first line after omitted lines gives their number.
+    The first line after omitted lines contains the number of omitted lines.
     """
 
     def __init__(self, say: Callable[[str], None], clock_s: Callable[[], float] = time.monotonic) -> None:

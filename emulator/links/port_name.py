@@ -54,7 +54,7 @@ class PortName:
         lock = _lock_path(self.path)
         if _is_same_file(
             self._lock_fd, lock
-        ):  # the file is removed while it is locked: after that, it may belong to another board
+        ):  # the file is removed while it is locked: after the unlock, the file may belong to another board
             with contextlib.suppress(OSError):
                 self._new_link.unlink(missing_ok=True)
                 lock.unlink()

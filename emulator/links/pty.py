@@ -180,8 +180,8 @@ class PtyLink:
             self._lost_absent += unread
 
     def _renew_device(self) -> None:
-        """Create a device for ``link_path``, because the old one is permanently locked."""
-        self._read()  # the reader may have sent bytes after the last read, before it closed the port
+        """Create a device for ``link_path``, because the old device is permanently locked."""
+        self._read()  # the reader may have sent bytes after the latest read and before closing the port
         with contextlib.suppress(LinkError):  # the port stays locked, but the board continues
             fresh = _open_device(self._name)
             self._device.close()

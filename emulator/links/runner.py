@@ -16,14 +16,14 @@ from fcu_emulator.emulator.links import ByteLink
 _SLICE_WALL_S = 0.01  # wall time between two services of the links in a paced run
 _SLICE_FREE_S = 0.25  # virtual time between two polls in an unpaced run
 _SHORTEST_SLICE_S = 1e-5
-_PATIENCE_S = 0.1  # wall time that a slice may take before the next one is shortened
+_PATIENCE_S = 0.1  # wall time that a slice may take before the next slice is shortened
 _LAG_FORGIVEN_S = 0.5
 
 
 class Pacer:
     """Pacing of a run: virtual time is ``speed`` times wall time.
 
-    With ``speed`` None, the run never sleeps. ``slice_s``: virtual time of the next slice.
+    If ``speed`` is None, the run never sleeps. ``slice_s``: virtual time of the next slice.
     """
 
     def __init__(self, speed: float | None) -> None:

@@ -56,7 +56,7 @@ def _posix_folder(user: int, option: str, instead: str) -> Path:
     runtime = os.environ.get("XDG_RUNTIME_DIR")
     if runtime and _belongs_to(
         user, Path(runtime)
-    ):  # after "su" the variable may still name the folder of the other user
+    ):  # after "su" the variable may still contain the previous user's folder
         folder = Path(runtime) / NAME
     else:
         folder = Path(tempfile.gettempdir()) / f"{NAME}-{user}"

@@ -144,7 +144,7 @@ class Keyboard:
         while not self._closed.is_set():
             try:
                 data = os.read(self._fd, CHUNK)
-            except OSError:  # in the background now; it may be in the foreground again later
+            except OSError:  # the process is in the background now; it may be in the foreground again later
                 self._closed.wait(RETRY_S)
                 continue
             if not data:

@@ -1,8 +1,8 @@
 """The serial port as a raw TCP port of 127.0.0.1.
 
-The port has no password, because terminal programs cannot send one.
+The port has no password, because terminal programs cannot send passwords.
 
-Decision: several readers may connect to the TCP port at a time, for example a projector and a
+Decision: several readers may connect to the TCP port at the same time, for example a projector and a
 recorder.
 
 Decision: the TCP port keeps output for the first reader, as the pseudo-terminal does.
@@ -42,7 +42,7 @@ SYSTEM_BUFFER = 128 * 1024
 """Requested size of the system's buffer for one reader."""
 POLL_S = 0.005
 FIRST_PORT = 4001
-"""Default port, the usual first port of serial device servers; ``PORTS_TRIED`` ports from this one are tried."""
+"""Default port, the usual first port of serial device servers; ``PORTS_TRIED`` ports from here on are tried."""
 PORTS_TRIED = 16
 
 
@@ -87,7 +87,7 @@ class Reader:
     def receive(self) -> bytes:
         if (
             self.gone or len(self._encoded) > CHUNK
-        ):  # send pending answers first, because a reader that does not read them must not cause more
+        ):  # send pending answers first, because a reader that does not read must not cause more answers
             return b""
         try:
             data = self._socket.recv(CHUNK)
@@ -243,7 +243,7 @@ class TcpLink:
                 if error.errno in (
                     errno.ECONNABORTED,
                     errno.EPROTO,
-                ):  # this client has given up: try the next one
+                ):  # this client has given up: try the next client
                     continue
                 return
             if len(self._readers) >= MOST_READERS:

@@ -61,7 +61,7 @@ class BareCore(FcuChip):
         self.on_access: Callable[[int, int, bool], None] = lambda _address, _size, _written: None
 
     def run(self, instructions: int, past: bool = False) -> Stop:
-        """Execute from ``pc`` on. With ``past``, ignore a breakpoint at ``pc``."""
+        """Execute from ``pc`` on. If ``past`` is set, ignore a breakpoint at ``pc``."""
         stop = _STOPS[self.library.fcu_execute(self.handle, instructions, past)]
         self.raise_error()
         self.executed = self.count()

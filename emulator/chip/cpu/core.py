@@ -80,7 +80,7 @@ class Core(FcuChip):
         self.before_reset = b"", b""
         """R0 to R12, SP, LR, PC, xPSR, and the RAM, before the latest reset."""
         self.code_version = 0
-        """A number that changes with the content of the flash."""
+        """A number that changes whenever the contents of the flash change."""
         self.stepping = False
         """Whether only one instruction is being executed."""
         self._load(segments)
@@ -222,7 +222,7 @@ class Core(FcuChip):
 
     @property
     def active(self) -> int:
-        """Active exceptions, including preempted ones. Bit n is exception n."""
+        """Active exceptions, including preempted exceptions. Bit n is exception n."""
         return _mask(self.status().active)
 
     def priority(self, exception: int) -> int:
@@ -231,7 +231,7 @@ class Core(FcuChip):
         return priority
 
     def preempts(self, exception: int, masks: Masks) -> bool:
-        """Return whether an exception can preempt the active ones (ARMv7-M ARM B1.5.4)."""
+        """Return whether an exception can preempt the active exceptions (ARMv7-M ARM B1.5.4)."""
         library, handle = self.library, self.handle
         group: int = library.fcu_priority_group(handle, self.priority(exception))
         return bool(group < library.fcu_execution_priority(handle, *masks))
@@ -245,7 +245,7 @@ class Core(FcuChip):
         self.clock.now_ps = max(self.clock.now_ps, self.shared[0])
 
     def resume(self, step: bool) -> None:
-        """Resume execution. With ``step``, halt after one instruction or exception entry."""
+        """Resume execution. If ``step`` is set, halt after one instruction or exception entry."""
         self.stepping = step
         self.library.fcu_resume(self.handle, step)
 
@@ -355,7 +355,7 @@ class Core(FcuChip):
             native.reset()
         for peripheral in reversed(
             self._python_peripherals
-        ):  # RCC is last, so that no peripheral gets new clocks with old settings
+        ):  # RCC is reset last, so that no peripheral gets new clocks with old settings
             peripheral.reset()
 
     def _accessed(self, address: int, size: int, written: int) -> None:

@@ -64,7 +64,7 @@ class FaultRecord:
 
 @dataclass(frozen=True)
 class LostStore:
-    """A store that FLASH refused; ``registers`` as in FaultRecord."""
+    """A store that FLASH refused; FaultRecord explains ``registers``."""
 
     t_ps: int
     address: int
@@ -79,7 +79,7 @@ class FaultLog:
     """Records the core's faults, and the first store that FLASH refused.
 
     ``origin`` is the latest fault that is not a consequence of another fault. ``times`` counts how
-    often it occurred in quick succession.
+    often this fault occurred in quick succession.
     """
 
     def __init__(self, core: Core) -> None:

@@ -12,7 +12,7 @@ class Flow(Enum):
     NEXT = auto()
     JUMP = auto()  # to ``target``
     BRANCH = auto()  # to ``target`` or to the next instruction
-    CALL = auto()  # to ``target``, and back after it
+    CALL = auto()  # to ``target``, and back after the call
     RETURN = auto()  # to the address in LR
     POP_RETURN = auto()  # to an address on the stack
     IT = auto()  # the next ``in_block`` instructions are conditional

@@ -18,7 +18,7 @@ VALUE: Final = np.dtype([("address", "u4"), ("number", "u4"), ("value", "u4"), (
 of the neighbouring register, which may contain the other half of a double.
 """
 FIRST_FLOAT: Final = 13
-"""Numbers below this one are R0 to R12; the others are S0 to S31."""
+"""Numbers below this number are R0 to R12; all other numbers are S0 to S31."""
 _CAPACITY: Final = 1 << 17
 _REGISTERS: Final = 45
 _LEVELS: Final = 8

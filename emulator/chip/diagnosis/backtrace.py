@@ -67,7 +67,7 @@ class Places:
         return self._symbols.definition_of_variable(variable) if self._symbols else None
 
     def address_of(self, *names: str) -> int | None:
-        """Return the address of the first of ``names`` that is a known symbol."""
+        """Return the address of the first known symbol in ``names``."""
         found = (name for name in names if self._symbols and name in self._symbols)
         name = next(found, None)
         return self._symbols.address_of(name) if self._symbols and name else None

@@ -117,7 +117,7 @@ class RecentTransfers:
         return None
 
     def silent_sensors(self) -> Cause | None:
-        """Report that all reads returned 0xFF, or all 0x00 with WHO_AM_I among them."""
+        """Report that all reads returned 0xFF, or that all returned 0x00 and one read was of WHO_AM_I."""
         reads = [transfer for transfer in self.latest if transfer.read]
         values = {value for transfer in reads for value in transfer.read}
         identified = any(transfer.register == "WHO_AM_I" for transfer in reads)
@@ -232,7 +232,7 @@ class PeripheralNotes:
         ]
 
     def without_clock(self) -> list[str]:
-        """Return peripherals that were written without clock and never clocked afterwards."""
+        """Return peripherals that were written without clock and have never had a clock since."""
         first_ps: dict[str, int] = {}
         for note in self._notes:
             if note.problem == "written-without-clock":
@@ -244,7 +244,7 @@ class PeripheralNotes:
         ]
 
     def cause(self, among: Container[str] | None = None) -> Cause | None:
-        """Report the first peripheral without clock; with ``among``, the first one with such a name."""
+        """Report the first peripheral without clock; if ``among`` is given, check only these names."""
         for name in self.without_clock():
             if among is not None and name not in among:
                 continue

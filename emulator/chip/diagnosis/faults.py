@@ -58,7 +58,7 @@ HFSR: Final[Mapping[str, str]] = {
 
 
 def decoded(register: type[Word], value: int, meanings: Mapping[str, str]) -> Iterator[str]:
-    """Return a line such as ``CFSR 0x00008200``, then one line for each set bit, the lowest first."""
+    """Return a line such as ``CFSR 0x00008200``, then one line for each set bit, the lowest bit first."""
     yield f"{register.__name__} 0x{value:08X}"
     for bits in reversed(register.fields):
         if value & bits.mask:
@@ -305,7 +305,7 @@ _RESETS_OF_A_LOOP = 10
 
 
 def is_reset_endlessly(core: Core) -> bool:
-    """Return whether the latest resets are at most a second apart, and the next is not overdue."""
+    """Return whether the latest resets are at most a second apart, and the next reset is not overdue."""
     times_ps = [t_ps for t_ps, _ in core.resets][-_RESETS_OF_A_LOOP:]
     if len(times_ps) < _RESETS_OF_A_LOOP:
         return False

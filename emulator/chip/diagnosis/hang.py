@@ -1,8 +1,8 @@
 """Detection of endless loops, and of the reason why a loop's condition never becomes true.
 
 Decision: a loop in ``main()`` that reads nothing counts as correct if interrupts of peripherals are
-enabled. If none are, the loop is reported but is not a failure: it may be the intended end. Code on
-the process stack is not checked.
+enabled. If no such interrupt is enabled, the loop is reported but is not a failure: the loop may be
+the intended end. Code on the process stack is not checked.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ _TICKING = systick.SYST_CSR.ENABLE.mask | systick.SYST_CSR.TICKINT.mask
 
 
 class Interrupts:
-    """Interrupts that can be taken now or, with a loop's ``masks``, at some instruction of the loop."""
+    """Interrupts that can be taken now or, if a loop's ``masks`` are given, at some instruction of the loop."""
 
     def __init__(self, core: Core, masks: Iterable[Masks] = ()) -> None:
         self._core = core
@@ -94,7 +94,7 @@ class Interrupts:
         return any(self._core.preempts(number, masks) for masks in self._masks)
 
     def from_peripherals(self, *, now: bool = True) -> list[int]:
-        """Return the enabled interrupts of peripherals; with ``now``, only those that can be taken."""
+        """Return the enabled interrupts of peripherals; if ``now`` is set, only interrupts that can be taken."""
         enabled = self._core.enabled >> FIRST_INTERRUPT << FIRST_INTERRUPT
         return [number for number in bits(enabled) if not now or self.preempts(number)]
 
@@ -338,7 +338,7 @@ class Hang:
         )
 
     def _outermost(self, loop: Loop) -> int:
-        """Return the loop's outermost call, else its last instruction.
+        """Return the loop's outermost call; without a call, the instruction with the highest address.
 
         This address does not depend on the instruction at which the run ended.
         """

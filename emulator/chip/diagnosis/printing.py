@@ -45,7 +45,7 @@ class FormattedLine(NamedTuple):
 
 
 class PrintedLines:
-    """The latest lines of the output whose formats are known."""
+    """The latest output lines with a known format."""
 
     def __init__(self, image: FirmwareImage, places: Places, text: bytes) -> None:
         self._image, self._places = image, places

@@ -98,7 +98,7 @@ class _Condition:
         return None
 
     def _stays(self, start: int, other: tuple[int, bytes] | None = None) -> bool | None:
-        """Return whether execution stays in the loop; None unless its only effect is one load."""
+        """Return whether execution stays in the loop; None if it loads nothing, loads twice or has other effects."""
         copy = self._copy
         copy.ram[:] = self._ram
         if other is not None:

@@ -71,7 +71,7 @@ _LINES_SHOWN = 8
 
 
 def printed_elsewhere(chip: Chip, signals: BoardSignals) -> Diagnosis | None:
-    """Report output on another USART, if the terminal got none."""
+    """Report output on another USART, if the terminal got no output."""
     output = chip.usarts.unconnected_output()
     if not output or signals.uart.received_count():
         return None
@@ -219,7 +219,7 @@ def never_ticked(chip: Chip, signals: BoardSignals, places: Places) -> Diagnosis
     if callback is None or places.file(callback) in (
         _HAL_TIM,
         "",
-    ):  # this check is the last, because it reads all line numbers
+    ):  # this check comes at the end, because it reads all line numbers
         return None
     what, why = _why_no_ticks(chip, signals.board.timer.peripheral)
     where = places.place(callback)

@@ -28,9 +28,9 @@ class DebuggedBoard(Protocol):
 def serve(board: DebuggedBoard, port: int, halted: bool = False) -> GdbServer:
     """Listen for a debugger on ``port`` of 127.0.0.1; 0 selects a free port.
 
-    Call the server's ``run_until`` instead of the board's. With ``halted``, the chip waits before its
-    first instruction. Raises InputError without compiled firmware, and LinkError for an unavailable
-    port.
+    Call the server's ``run_until`` instead of the board's. If ``halted`` is set, the chip waits
+    before its first instruction. Raises InputError without compiled firmware, and LinkError for an
+    unavailable port.
     """
     firmware = board.chip
     if firmware is None:

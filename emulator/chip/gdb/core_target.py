@@ -6,8 +6,8 @@ Therefore a waiting loop that contains a breakpoint is never skipped.
 Decision: with a debugger, BKPT halts the core (ARMv7-M ARM C1.4.1), and execution resumes after the
 BKPT.
 
-Decision: one address range covers all watchpoints, also those on registers; each load and store in
-this range is checked. Accesses by DMA and to exception frames are not detected.
+Decision: one address range covers all watchpoints, including watchpoints on registers; each load
+and store in this range is checked. Accesses by DMA and to exception frames are not detected.
 """
 
 from __future__ import annotations

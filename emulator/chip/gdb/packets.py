@@ -104,7 +104,7 @@ class Framer:
 # -- parts of a payload -------------------------------------------------------------------------------------
 
 MOST_BYTES: Final = 0x1000
-"""Maximum size of the memory in one packet; GDB asks again for the rest."""
+"""Maximum size of the memory in one packet; GDB requests the rest in further packets."""
 
 _NUMBER = re.compile(rb"[0-9a-fA-F]{1,8}")
 _LARGEST_NUMBER = 0xFFFF_FFFF

@@ -273,7 +273,7 @@ def _base(entry: DebugEntry) -> CType:
 
 
 def _count(subrange: DebugEntry) -> int:
-    """Return the number of elements. GCC gives the highest index instead, -1 for no elements."""
+    """Return the number of elements. Instead, GCC gives the highest index; -1 means no elements."""
     count = subrange.number(_AT_COUNT)
     if count is None:
         highest = subrange.number(_AT_UPPER_BOUND)
@@ -320,11 +320,11 @@ _VARIABLE = 0x34
 _AT_LOCATION, _AT_ABSTRACT_ORIGIN, _AT_SPECIFICATION = 0x02, 0x31, 0x47
 _OP_ADDR = 0x03
 _MAX_VARIABLES = 1 << 16  # one variable for each byte of RAM
-_LONGEST_CHAIN = 8  # limit for damaged files; correct ones need two steps, to a declaration and to an origin
+_LONGEST_CHAIN = 8  # limit for damaged files; correct files need two steps, to a declaration and to an origin
 
 
 class Variables:
-    """Types of variables by address, because several may have the same name. Raises DebugInfoError."""
+    """Types of variables by address, because several variables may have the same name. Raises DebugInfoError."""
 
     def __init__(self, info: DebugInfo) -> None:
         self._info = info

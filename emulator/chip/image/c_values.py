@@ -29,8 +29,8 @@ _FLOATS = {2: "<e", 4: "<f", 8: "<d"}
 def store(kind: CType, value: Any, raw: bytearray, offset: int, name: str) -> None:
     """Store ``value`` in ``raw``. Raises InputError.
 
-    An array takes a sequence of the same length. A structure takes a sequence of all its members, or
-    an object or mapping with some of them.
+    For an array, ``value`` is a sequence with the same number of elements. For a structure,
+    ``value`` is a sequence of all members, or an object or mapping with some members.
     """
     if isinstance(kind, Float):
         raw[offset : offset + kind.size] = _float(kind, value, name)
@@ -153,7 +153,7 @@ def _store_structure(kind: Structure, value: Any, raw: bytearray, offset: int, n
 
 
 def _names(kind: CType) -> list[str]:
-    """Return member names, including those of anonymous structures."""
+    """Return member names, including names in anonymous structures."""
     if not isinstance(kind, Structure):
         return []
     return [

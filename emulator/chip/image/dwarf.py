@@ -23,7 +23,7 @@ _DWARF64 = 0xFFFF_FFF0  # lengths from this value on announce the 64-bit format
 class Budget:
     """Limits the work to read one file, because files may be forged.
 
-    Each object that is kept costs ``OBJECT``, so that the budget also limits memory.
+    Each stored object costs ``OBJECT``, so that the budget also limits memory.
     """
 
     LIMIT = 10_000_000  # this takes some seconds; the lab's solution needs 160,000

@@ -226,7 +226,7 @@ class Sections:
         return name.encode() in self._by_name
 
     def get(self, name: str) -> bytes:
-        """Return a section's contents, decompressed; b"" without the section. Raises DebugInfoError."""
+        """Return a section's contents, decompressed; b"" if it is missing. Raises DebugInfoError."""
         header = self._by_name.get(name.encode())
         if header is not None:
             raw = self._contents(header, name)

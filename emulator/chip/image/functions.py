@@ -21,7 +21,7 @@ _MAX_PARAMETERS = 64
 
 
 class Parameter(NamedTuple):
-    """A parameter. For a pointer, ``points_to`` returns the target's type, None if that has no size."""
+    """A parameter. For a pointer, ``points_to`` returns the target's type, None if this type has no size."""
 
     name: str
     type: CType

@@ -56,7 +56,7 @@ class FunctionAt(NamedTuple):
 
 
 class Symbol(NamedTuple):
-    """A function or variable. For a static one, ``file`` is its source file."""
+    """A function or variable. If it is static, ``file`` is its source file."""
 
     name: str
     address: int
@@ -68,7 +68,7 @@ class Symbol(NamedTuple):
 
 class _Function(NamedTuple):
     start: int
-    rank: int  # of functions with the same start, the one with the lowest rank is used
+    rank: int  # if functions have the same start, the function with the lowest rank is used
     name: str
     size: int
 
@@ -101,7 +101,7 @@ class SymbolTable:
         return FunctionAt(name, function.start, size, offset) if offset < size else None
 
     def named(self, name: str) -> list[Symbol]:
-        """Return the global symbol, else all static ones, including ``count.0`` for ``count``."""
+        """Return the global symbol or, without it, all static symbols, such as ``count.0`` for ``count``."""
         symbols = self._by_name.get(name, [])
         return [symbol for symbol in symbols if not symbol.is_local][:1] or symbols
 
@@ -210,7 +210,7 @@ class Symbols:
         return self._table.object_at(address) if self._table else None
 
     def member_at(self, address: int) -> str:
-        """Return the variable at an address with its member, such as ``mag_max.AXIS_Z``; "" if there is none."""
+        """Return the variable and member at an address, such as ``mag_max.AXIS_Z``; "" if there is none."""
         from fcu_emulator.emulator.chip.image.c_types import member_at
 
         symbol = self.object_at(address)

@@ -23,7 +23,7 @@ def library_name(platform: str = sys.platform) -> str:
 
 
 def sources(folder: Path = FOLDER) -> list[Path]:
-    """Return the C sources except generated ones. A wheel does not contain C sources."""
+    """Return the C sources except generated sources. A wheel does not contain C sources."""
     return sorted(path for path in folder.rglob("*.[ch]") if path.parent.name != "generated")
 
 

@@ -5,7 +5,7 @@
 
 #include "fcu.h"
 
-/* the cost of programming the flash is added to the cost of its registers (write_flash()) */
+/* the cost of programming the flash is added to the cost of the flash registers (write_flash()) */
 #define FLASH_INTERFACE_BASE 0x40023C00u
 /* read_memory_like() is used after this number of reads of a peripheral without a write */
 #define MEMORY_LIKE_AFTER 1000
@@ -197,8 +197,8 @@ static bool write_bit_band(Chip *chip, uint32_t address, uint32_t value) {
   return true;
 }
 
-/* Cache a register for repeat_read(). Registers of memory-like peripherals are not cached. The core's
- * registers are not cached either, because the core's state changes them. */
+/* Cache a register for repeat_read(). Registers of memory-like peripherals are not cached. Registers of the
+ * core are not cached either, because the core's state changes them. */
 static void cache_polled(Chip *chip, const Peripheral *peripheral, uint32_t address, unsigned size, uint32_t value,
                         int64_t until_ps) {
   Polled *polled = poll_skip_slot(&chip->poll_skip, address);
@@ -258,7 +258,7 @@ static bool read_device(Chip *chip, uint32_t address, unsigned size, uint32_t *v
                                : read_bit_band(chip, address, value);
 }
 
-/* Return whether the write changes nothing. Loops that display a state repeat such writes. Therefore these
+/* Return whether the write changes nothing. Loops that show a state on LEDs repeat such writes. Therefore these
  * writes do not end poll skipping. */
 static bool is_redundant_write(const Peripheral *peripheral, uint32_t address, unsigned size, uint32_t value) {
   uint32_t shift = 8 * (address & 3), mask = size_mask(size) << shift;

@@ -27,7 +27,7 @@ typedef struct {
     uint64_t version;
     uint32_t address, size, value;
   } reads[CACHED_READS];
-  struct { /* The latest write. The same write has no effect if it is repeated before until_ps. */
+  struct { /* The latest write. A repetition of this write before until_ps has no effect. */
     int64_t until_ps;
     uint64_t version;
     uint32_t address, size, value;
@@ -45,7 +45,7 @@ typedef struct {
 enum IgnoreReason { NO_REGISTER = 1, READ_WITHOUT_CLOCK = 2, WRITE_WITHOUT_CLOCK = 3 };
 
 /* Values of chip->until_ps after a call of Python. NO_REGISTER_PS: the address has no register.
- * EMPTY_PAGE_PS: its whole kilobyte has none. */
+ * EMPTY_PAGE_PS: the whole kilobyte around the address has no register. */
 #define NO_REGISTER_PS ((int64_t)-2)
 #define EMPTY_PAGE_PS ((int64_t)-3)
 
@@ -58,7 +58,7 @@ void python_registers_ignore(Chip *chip, uint32_t address, enum IgnoreReason kin
  * another value must be reported. */
 bool python_registers_is_harmless(const Chip *chip, uint32_t address, uint32_t value);
 void python_registers_set_harmless(Chip *chip, uint32_t address, uint32_t value);
-/* *until_ps as in PeripheralType. */
+/* PeripheralType explains *until_ps. */
 uint32_t python_load(Chip *chip, uint32_t address, unsigned size, int64_t *until_ps);
 void python_store(Chip *chip, uint32_t address, unsigned size, uint32_t value);
 
@@ -112,8 +112,8 @@ static inline Polled *poll_skip_slot(PollSkip *poll_skip, uint32_t address) {
   return &poll_skip->polled[(address * 0x9E3779B1u >> 16) % POLL_SKIP_POLLED];
 }
 void poll_skip_reset(Chip *chip);
-/* poll_skip_begin_log() starts to log changes of RAM; poll_skip_ram_unchanged() returns true if RAM has
- * the same contents as at that start. */
+/* poll_skip_begin_log() starts to log changes of RAM; poll_skip_ram_unchanged() returns true if RAM has the
+ * same contents as when this log began. */
 void poll_skip_begin_log(Chip *chip);
 bool poll_skip_ram_unchanged(const Chip *chip);
 /* Handle a read of a register whose value is constant until until_ps. Return true if time was skipped and

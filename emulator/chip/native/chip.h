@@ -35,7 +35,7 @@ typedef struct {
   /* The core registers still have their values at the faulting instruction. */
   void (*fault)(int64_t now_ps, int32_t exception, uint32_t cfsr, uint32_t hfsr, uint32_t address);
   void (*locked_up)(int64_t now_ps, uint32_t pc);
-  /* Reset all peripherals, RCC last. */
+  /* Reset all peripherals, RCC after the others. */
   void (*reset)(int64_t now_ps, int32_t reason);
   void (*accessed)(int64_t now_ps, uint32_t address, uint32_t size, int32_t written);
 } Host;
@@ -58,7 +58,7 @@ struct Chip {
   int64_t detailed;     /* the trace records bus transfers and chip-select edges */
   int64_t work;         /* since power-on, in units of work.h */
   int64_t work_limit;
-  int64_t observed; /* the trace needs events at once; otherwise output edges are only recorded (gpio.c) */
+  int64_t observed; /* the trace needs events immediately; otherwise output edges are only recorded (gpio.c) */
 
   int32_t bare; /* no peripherals in C: Python handles all registers (fcu_execute()) */
   Host host;
@@ -127,7 +127,7 @@ static inline void peripheral_set_irq(Peripheral *peripheral, int number, bool l
   }
 }
 
-/* Access a register at chip->now_ps; *until_ps as in PeripheralType. */
+/* Access a register at chip->now_ps; PeripheralType explains *until_ps. */
 uint32_t peripheral_read(Peripheral *peripheral, uint32_t offset, unsigned size, int64_t *until_ps);
 void peripheral_write(Peripheral *peripheral, uint32_t offset, unsigned size, uint32_t value);
 

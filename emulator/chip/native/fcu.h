@@ -1,4 +1,4 @@
-/* The C interface for Python; each section names the file that implements it.
+/* The C interface for Python; the heading of each section gives the file that implements the section.
  *
  * All functions take the handle that fcu_create() returns. There is no global state. Only one thread at a time
  * may use a handle. Times are picoseconds since power-on. C code of the library itself calls hidden functions,
@@ -29,8 +29,8 @@ uint8_t *fcu_system_memory(Chip *chip);
 
 /* -- core registers: state.c -------------------------------------------------------------------------- */
 
-/* Registers have the numbers 0 to 15, then those of enum Register (state.c). Call both functions between
- * runs only. */
+/* Numbers 0 to 15 are R0 to R15; enum Register (state.c) has the further numbers. Call both functions only
+ * between runs. */
 void fcu_read_registers(const Chip *chip, const int32_t *numbers, uint32_t *values, int32_t count);
 void fcu_write_registers(Chip *chip, const int32_t *numbers, const uint32_t *values, int32_t count);
 int32_t fcu_thumb(const Chip *chip);
@@ -52,7 +52,7 @@ void fcu_end_run(Chip *chip);
 int64_t fcu_executed(const Chip *chip);
 uint32_t fcu_fault_address(const Chip *chip);
 /* fcu_request_reset() resets the chip after the current instruction; fcu_reset_now() resets a halted chip
- * at once. */
+ * immediately. */
 void fcu_request_reset(Chip *chip, int32_t reason);
 void fcu_reset_now(Chip *chip, int32_t reason);
 /* Enter an exception regardless of priorities, for fcu_execute(). Return 0 if the stack or the vector
@@ -63,13 +63,13 @@ int32_t fcu_enter_exception(Chip *chip, int32_t number, uint32_t vectors);
 
 /* Halt before the next instruction. An exception entry in progress is finished first. */
 void fcu_halt(Chip *chip);
-/* With step, halt again after one instruction or exception entry. */
+/* If step is set, halt again after one instruction or exception entry. */
 void fcu_resume(Chip *chip, int32_t step);
-/* While the core is halted, fcu_run_until() returns at once. */
+/* fcu_run_until() returns immediately while the core is halted. */
 int32_t fcu_is_halted(const Chip *chip);
 void fcu_wake(Chip *chip);
-/* Select whether BKPT halts the core. fcu_halted_on_bkpt() returns whether BKPT has halted the core since
- * the previous call. */
+/* Select whether BKPT halts the core. fcu_halted_on_bkpt() returns whether BKPT has halted the core since the
+ * previous call of fcu_halted_on_bkpt(). */
 void fcu_debug(Chip *chip, int32_t on);
 int32_t fcu_halted_on_bkpt(Chip *chip);
 
@@ -145,7 +145,7 @@ int32_t fcu_peripheral_count(const Chip *chip);
 uint32_t fcu_peripheral_base(const Chip *chip, int32_t index);
 /* Return -1 for an address without a peripheral in C. */
 int32_t fcu_peripheral_at(const Chip *chip, uint32_t address);
-/* RCC calls this to switch on or off the clock of the peripheral in Python at an address. */
+/* RCC calls this function to switch the clock of the peripheral in Python at this address. */
 void fcu_gate_python(Chip *chip, uint32_t address, int32_t clocked);
 /* RCC calls these to switch clocks and to reset peripherals. Bit n is the peripheral with index n. */
 void fcu_gate(Chip *chip, uint64_t peripherals, uint64_t clocked);
@@ -183,11 +183,11 @@ void fcu_watch_pin(Chip *chip, int32_t port, int32_t pin);
 void fcu_frequent_pin(Chip *chip, int32_t port, int32_t pin);
 /* Set the combined level of all external drivers; -1 if none drives the pin. */
 void fcu_drive_pin(Chip *chip, int32_t port, int32_t pin, int32_t level);
-/* Return the pin's output level, pull resistor or alternate function; -1: none. */
+/* These functions return the pin's output level, pull resistor and alternate function; -1: none. */
 int32_t fcu_pin_output(const Chip *chip, int32_t port, int32_t pin);
 int32_t fcu_pin_pull(const Chip *chip, int32_t port, int32_t pin);
 int32_t fcu_pin_alternate(const Chip *chip, int32_t port, int32_t pin);
-/* Set the level of an internal signal, which is a line number of 16 or above. */
+/* Set the level of an internal signal; its line number is 16 or above. */
 void fcu_set_exti_line(Chip *chip, int32_t line, int32_t level);
 
 /* -- timers by index: tim.c --------------------------------------------------------------------------- */
@@ -196,7 +196,7 @@ void fcu_connect_timers(Chip *chip, const TimCalls *calls);
 const TickCounts *fcu_timer_counts(const Chip *chip, int32_t index);
 /* Return the update rate in Hz; 0 while ARR is 0. */
 double fcu_timer_rate(const Chip *chip, int32_t index);
-/* Return the next time when a flag of SR may be set. */
+/* Return the next time at which a flag of SR may become set. */
 int64_t fcu_timer_next_change(const Chip *chip, int32_t index);
 /* Set *frequency_hz and *duty of channel 1 to 4. Return 1 if the channel has a PWM output, 0 if it has none,
  * -1 if the channel does not exist. */
@@ -228,12 +228,12 @@ uint32_t fcu_dma_remaining(const Chip *chip, int32_t line);
 
 SensorRegisters *fcu_connect_targets(Chip *chip, const TargetCalls *calls);
 /* version: address of the sensor's version counter; it must stay valid. increment_bit: the bit of a
- * sub-address that selects its increment, or 0. Return -1 if there are too many targets; Python then
- * handles the reads. */
+ * sub-address that enables its increment, or 0. Return -1 if there are too many targets; Python then handles
+ * the reads. */
 int32_t fcu_add_target(Chip *chip, const uint64_t *version, int32_t increment_bit);
 /* number: 0 for I2C1. speed_hz: the initial speed. shortest_ps: the shortest period of the bus. */
 void fcu_connect_i2c(Chip *chip, int32_t number, const I2cCalls *calls, int64_t speed_hz, int64_t shortest_ps);
-/* which: 0 for SCL, 1 for SDA. An I2C is always connected if no pin is set for it. */
+/* which: 0 for SCL, 1 for SDA. If no pin is set for an I2C, this I2C is always connected. */
 void fcu_i2c_pin(Chip *chip, int32_t number, int32_t which, int32_t port, int32_t pin, int32_t function);
 I2cWire *fcu_i2c_wire(Chip *chip, int32_t number);
 
@@ -243,10 +243,10 @@ I2cWire *fcu_i2c_wire(Chip *chip, int32_t number);
 void fcu_connect_spi(Chip *chip, int32_t spi, const SpiCalls *calls);
 /* Add a sensor, at most SPI_SENSORS. target: a result of fcu_add_target(). */
 void fcu_add_spi_sensor(Chip *chip, int32_t spi, int32_t port, int32_t pin, int32_t target);
-/* Add a module that is not fitted. on_access() is called once, when firmware first sends to it. */
+/* Add a module that is not fitted. on_access() is called when firmware sends to the module for the first time. */
 void fcu_add_absent_spi_device(Chip *chip, int32_t spi, int32_t port, int32_t pin, void (*on_access)(int64_t now_ps));
 /* fcu_take_spi_message() takes the oldest recorded message; fcu_take_spi_unaddressed() takes the oldest
- * byte that was sent while no chip select was low. They return 0 if there is none. Only the latest
+ * byte that was sent while no chip select was low. They return 0 if nothing is recorded. Only the latest
  * SPI_RECENT messages and bytes are recorded. */
 int32_t fcu_take_spi_message(Chip *chip, int32_t spi, SpiMessage *message);
 int32_t fcu_take_spi_unaddressed(Chip *chip, int32_t spi, SpiUnaddressed *unaddressed);

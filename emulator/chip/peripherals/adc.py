@@ -1,8 +1,8 @@
 """ADC1: timed regular conversions (RM0368 section 11), and the board's voltages.
 
 Continuous conversion of one channel without DMA or interrupt pauses at EOC. A read of DR then
-converts the voltage at the time of the read. An unconnected input reads 0 V. Notes report injected
-channels, triggers, analog watchdog and discontinuous mode as not modelled.
+converts the voltage that is present at this time. An unconnected input reads 0 V. Notes report
+injected channels, triggers, analog watchdog and discontinuous mode as not modelled.
 """
 
 from __future__ import annotations
@@ -207,7 +207,7 @@ class Adc(Peripheral, declared=DECLARED["ADC1"]):
         self._begin()
 
     def _transfer(self, last: bool) -> None:
-        """Let DMA read DR; without DDS, requests end after the last transfer."""
+        """Let DMA read DR; without DDS, requests end after the final transfer."""
         served = self.soc.dma.request(self.name)
         if last and served and not self.registers[CR2] & _DDS and not self.soc.dma.remaining(self.name):
             self._wants_dma = False

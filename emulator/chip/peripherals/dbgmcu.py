@@ -1,6 +1,6 @@
 """DBGMCU and system memory (RM0368 sections 23.6 and 24).
 
-The calibration values are typical ones (STM32F401xB/C datasheet).
+The calibration values are typical values (STM32F401xB/C datasheet).
 
 Freeze bits have no effect, because a halt stops virtual time.
 """

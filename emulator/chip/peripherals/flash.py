@@ -1,8 +1,8 @@
 """FLASH interface: erasing, programming, unlocking, wait states (RM0368 section 3).
 
 Operations take the datasheet's typical times (STM32F401xB/C, flash memory characteristics) and
-change the memory at their start. Without PG, or with a size other than PSIZE, a store changes
-nothing and sets PGSERR or PGPERR. Wait states take no time, but a note reports too few of them
+change the memory when they start. Without PG, or with a size other than PSIZE, a store changes
+nothing and sets PGSERR or PGPERR. Wait states take no time, but a note reports too few wait states
 (table 5, 2.7 to 3.6 V).
 
 NOT MODELLED: instruction fetches do not wait for BSY. Option bytes are fixed: no sector is
@@ -162,7 +162,7 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
         self._begin(duration_ms * PS_PER_MS)
 
     def _begin(self, duration_ps: int) -> None:
-        """Set BSY. If an operation is running, the new one begins after it (3.6.1)."""
+        """Set BSY. A new operation begins after a running operation has ended (3.6.1)."""
         begin_ps = self.soc.clock.now_ps
         if self._operation is not None:
             begin_ps = self._until_ps

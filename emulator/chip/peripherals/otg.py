@@ -60,7 +60,7 @@ class OtgFs(Peripheral):
         self.note("not modelled", "no-cable", "no USB cable is connected: a host never finds the device")
         value &= mask
         if offset == GRSTCTL:
-            if value & _CORE_RESET:  # this bit and the flush bits clear themselves at once
+            if value & _CORE_RESET:  # this bit and the flush bits clear themselves immediately
                 self.reset()
         elif offset not in _READ_ONLY and offset not in _FIFOS:
             self._words[offset] = self._words.get(offset, 0) & ~mask | value

@@ -31,9 +31,9 @@ class ClockTree(Protocol):
     nominal_pclk1_hz: int
     pclk2_hz: int
     timer1_hz: int
-    """Clock of the timers on APB1: twice PCLK1 unless its prescaler is 1."""
+    """Clock of the timers on APB1: twice PCLK1, or four times if TIMPRE is set, but at most HCLK."""
     timer2_hz: int
-    """Clock of the timers on APB2, by the same rule."""
+    """Clock of the timers on APB2: twice PCLK2, or four times if TIMPRE is set, but at most HCLK."""
     lsi_hz: int
     """The internal oscillator of 32 kHz; 0 while it is not ready."""
     lse_hz: int
@@ -53,7 +53,7 @@ class DmaRequests(Protocol):
     """The request lines of DMA1 and DMA2."""
 
     def request(self, line: str) -> bool:
-        """Make one transfer for ``line`` ("I2C2_RX", RM0368 tables 28, 29). Return False without a stream."""
+        """Make one transfer for ``line`` ("I2C2_RX", RM0368 tables 28, 29). Return False if no stream serves it."""
         ...
 
     def remaining(self, line: str) -> int: ...

@@ -35,6 +35,6 @@ class Pwr(Peripheral, declared=DECLARED["PWR"]):
                     "CR: stop and standby mode (LPDS, PDDS); the core only sleeps",
                 )
         elif offset == CSR:
-            # the backup regulator is ready at once
+            # the backup regulator is ready immediately
             ready = _BRR if self.registers[CSR] & _BRE else 0
             self.registers[CSR] = self.registers[CSR] & ~_BRR | ready

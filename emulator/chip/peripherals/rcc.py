@@ -1,8 +1,8 @@
 """RCC: clocks, gates, resets and reset flags (RM0368 section 6).
 
 Oscillators take typical start-up times (STM32F401xB/C datasheet). MCO1, MCO2, clock security,
-spread spectrum and xxxLPENR have no effect. The model has a 32 kHz crystal, but the real board may
-not have one.
+spread spectrum and xxxLPENR have no effect. The model has a 32 kHz crystal, but it may be missing
+on the real board.
 """
 
 from __future__ import annotations
@@ -224,7 +224,7 @@ class _Controlled:
         self._latest: dict[int, tuple[int, tuple[tuple[int, Peripheral], ...]]] = {}
 
     def of(self, bits: int) -> tuple[int, tuple[tuple[int, Peripheral], ...]]:
-        """Return the peripherals that ``bits`` select: a mask of those in C, and those in Python with their bits.
+        """Return the peripherals that ``bits`` select: those in C as a mask, those in Python with their bits.
 
         Bit n of the mask is the peripheral with index n.
         """
@@ -264,7 +264,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         self._starting: dict[str, Event] = {}
         self._check: Event | None = None
         self._pll_hz = self._pll_nominal_hz = 0
-        # the frequencies in use, and those of the low-speed oscillators
+        # the frequencies in use, and the frequencies of the low-speed oscillators
         self._adopted: tuple[Frequencies, tuple[int, int, int]] | None = None
         self._adopt(frequencies(oscillators.hsi_hz, 0), frequencies(HSI_HZ, 0))
 

@@ -1,6 +1,6 @@
 """RTC: calendar, alarms, wake-up timer, backup registers, write protection (RM0368 section 17).
 
-INITF, RSF, WUTWF and ALRxWF are set at once; on the chip this takes two RTC clocks. An invalid date
+INITF, RSF, WUTWF and ALRxWF are set immediately; on the chip this takes two RTC clocks. An invalid date
 carries over into the next unit: 31 June is 1 July. Notes report tamper, time stamp, calibration and
 12 hour format as not modelled.
 """
@@ -102,7 +102,7 @@ _BITS_THAT_ALLOW = {rtc.WUTR.addr: _WUTWF} | {
 """By register: the bit of ISR that must be set before a write."""
 _EVENT_FLAGS = _WUTF | sum(alarm.flag for alarm in _ALARMS)
 _EVENT_BITS = _WUTE | _WUTIE | _WUCKSEL | sum(alarm.on | alarm.interrupt for alarm in _ALARMS)
-_CR_MODELLED = _EVENT_BITS | rtc.CR.BYPSHAD.mask | rtc.CR.BKP.mask  # the last two have no visible effect
+_CR_MODELLED = _EVENT_BITS | rtc.CR.BYPSHAD.mask | rtc.CR.BKP.mask  # BYPSHAD and BKP have no visible effect
 _KEYS = (0xCA, 0x53)
 _BACKUP = range(rtc.BKPxR.addr, rtc.BKPxR.addr + rtc.BKPxR.count * rtc.BKPxR.step, rtc.BKPxR.step)
 
@@ -215,7 +215,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
             self._refuse_without_keys(ISR)
 
     def _write_event(self, offset: int, value: int, mask: int) -> None:
-        """Write a register of an alarm or timer that is off; in initialisation mode, this does not matter."""
+        """Write a register of an alarm or timer, which must be off except in initialisation mode."""
         if self.registers[ISR] & (_BITS_THAT_ALLOW[offset] | _INITF):
             super().write(offset, value, mask)
         else:
@@ -276,7 +276,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
             initialised = _INITS if self.registers[DR] >> 16 & 0xFF else 0  # the year is not 0 (17.6.4)
             self.registers[ISR] = self.registers[ISR] & ~(_INIT | _INITF | _INITS) | _RSF | initialised
         elif running:
-            self.registers[ISR] |= _RSF  # the chip sets it again soon after software clears it
+            self.registers[ISR] |= _RSF  # the chip sets RSF again soon after software clears RSF
 
         if wanted is running:
             self._plan_all()

@@ -53,7 +53,7 @@ class Subseconds:
         return cls(first, 1 << compared if compared else 0)
 
     def after(self, step: int, steps_per_s: int) -> int:
-        """Return the next selected instant after ``step``; both are steps from the same full second."""
+        """Return the next selected instant after ``step``; both count the steps from the same full second."""
         second, within = divmod(step, steps_per_s)
         if within < self.first:
             return second * steps_per_s + self.first

@@ -212,7 +212,7 @@ class SpiWire:
 
 
 def connect_absent_part(chip: FcuChip, part: AbsentPart, gpio: Gpio) -> None:
-    """Connect a module that is not modelled. A note reports its first use."""
+    """Connect a module that is not modelled. A note reports the first use of the module."""
 
     def tried() -> None:
         chip.trace.add(DeviceNote(chip.clock.now_ps, part.name, "not modelled", part.note, "absent-part"))

@@ -62,7 +62,7 @@ class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
             self._reload()
 
     def _reload(self) -> None:
-        """Reload the counter. A later deadline is scheduled only when the event of the earlier one is due."""
+        """Reload the counter. A later deadline is scheduled only when the event of the earlier deadline is due."""
         divider = 4 << min(self.registers[IWDG_PR], 6)
         if self._deadline_ps is None:
             self._since_ps = self.soc.clock.now_ps
@@ -186,7 +186,7 @@ class Wwdg(Peripheral, declared=DECLARED["WWDG"]):
             self._plan()
 
     def _plan(self) -> None:
-        """Schedule the early wake-up, at the count 0x40, or else the reset after it."""
+        """Schedule the early wake-up, which is at the count 0x40, or otherwise the reset."""
         if self._event is not None:
             self._event.cancel()
             self._event = None

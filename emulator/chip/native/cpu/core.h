@@ -57,7 +57,7 @@ enum { NPRIV = 1, SPSEL = 2, FPCA = 4, FLOATING_CONTEXT = 12 }; /* CONTROL; bit 
 
 enum Shift { LSL, LSR, ASR, ROR, RRX }; /* SRType (A7.4.2) */
 
-/* The reason why a run ended; the values are those of bare_core.py. */
+/* The reason why a run ended; bare_core.py has the same values. */
 enum Stop {
   STOP_SLICE,      /* counter has reached limit */
   STOP_BREAKPOINT, /* pc is at the instruction */

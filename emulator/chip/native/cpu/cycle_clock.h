@@ -1,11 +1,12 @@
 /* Virtual time = origin + retired instructions x cycles per instruction / HCLK, exactly.
  *
- * Decision: every instruction takes the same number of cycles, 1.3 by default. Most instructions take one cycle. A
- * load takes two, unless the next instruction hides one of them. A taken branch takes two to four (Cortex-M4 TRM,
- * table 3-1). The flash accelerator hides the wait states except in long jumps (RM0368 3.4.2). If every fifth
- * instruction is a load, half of the loads have a hidden cycle, and every tenth instruction is a taken branch,
- * this gives 1 + 0.1 + 0.2 cycles. The 1.25 DMIPS/MHz of Dhrystone agree with this result. A model of the pipeline
- * was rejected, because it triples the work and the accelerator's cache is not documented.
+ * Decision: every instruction takes the same number of cycles, 1.3 by default. Most instructions take one
+ * cycle. A load takes two cycles, unless the next instruction hides one cycle. A taken branch takes two to
+ * four cycles (Cortex-M4 TRM, table 3-1). The flash accelerator hides the wait states except in long jumps
+ * (RM0368 3.4.2). If every fifth instruction is a load, half of the loads have a hidden cycle, and every
+ * tenth instruction is a taken branch, this gives 1 + 0.1 + 0.2 cycles. The 1.25 DMIPS/MHz of Dhrystone agree
+ * with this result. A model of the pipeline was rejected, because it triples the work and the accelerator's
+ * cache is not documented.
  */
 #ifndef FCU_CYCLE_CLOCK_H
 #define FCU_CYCLE_CLOCK_H

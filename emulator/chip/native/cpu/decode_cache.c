@@ -10,7 +10,7 @@
 
 #define CAPACITY 65536 /* twice the need of a firmware of 100 KB */
 #define MAX_BLOCK 64   /* instructions; a block may have four more, so that no IT block is split */
-#define MAX_STEPS 5    /* maximum number of steps of one instruction, with two links */
+#define MAX_STEPS 5    /* maximum number of steps of one instruction, including its two link steps */
 #define MAX_BLOCK_STEPS (MAX_STEPS * (MAX_BLOCK + 4) + 2)
 
 struct DecodeCache {

@@ -1,7 +1,7 @@
-/* DecodeCache: basic blocks of decoded instructions, up to one that may change PC.
+/* DecodeCache: basic blocks of decoded instructions. Only a block's final instruction may change PC.
  *
  * A block can begin at any address that execution has reached. Besides instructions a block contains other
- * steps, such as the conditions of IT blocks. It ends with a link to the following address, or with a return
+ * steps, such as the conditions of IT blocks. A block ends with a link to the following address, or with a return
  * to the main loop. After a direct branch a second link leads to the target. A link is resolved when it is
  * first used.
  *

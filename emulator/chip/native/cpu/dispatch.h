@@ -1,5 +1,5 @@
 /* Threaded code: an operation ends with a call of the next operation. The compiler turns this call into a jump.
- * One jump in a loop, shared by all operations, would be predicted badly. The arguments stay in host registers.
+ * A single jump in a loop, shared by all operations, would be predicted badly. The arguments stay in host registers.
  *
  * Instructions are counted when a block is entered: budget is the number of instructions that may begin after
  * this block. Inside a chain itstate is 0, and counter and r[15] are outdated until sync_state() updates them.

@@ -14,7 +14,7 @@
 /* -- shifts by the lowest byte of m; 0 keeps C (A7.4.2) ----------------------------------------------- */
 
 INLINE uint32_t shifted(Core *core, enum Shift type, uint32_t value, unsigned by, bool set_carry) {
-  uint64_t wide; /* bit 32 (LSL) or 31: last bit shifted out */
+  uint64_t wide; /* bit 32 (LSL) or 31: the final bit that was shifted out */
   unsigned distance = type == ROR ? by & 31 : by < 63 ? by : 63;
   switch (type) {
   case LSL: wide = distance < 63 ? (uint64_t)value << distance : 0; break;

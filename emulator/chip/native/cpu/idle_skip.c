@@ -13,11 +13,11 @@
 #include "chip.h"
 
 #define CHECK_INTERVAL 20000 /* maximum number of instructions in a run */
-#define CHECK_SOON 500       /* the same after a skipped loop: firmware may wait again soon */
+#define CHECK_SOON 500       /* maximum after a skipped loop: firmware may wait again soon */
 #define MAX_CHECK_INTERVAL 100000000
 #define SUSPECT_AFTER 500 /* instructions without an access, after which a loop is suspected */
 #define LONGEST_LOOP 256
-#define PAUSE 1000000 /* instructions until the next search; doubled after each unsuccessful one */
+#define PAUSE 1000000 /* instructions until the next search; doubled after each unsuccessful search */
 #define MAX_DOUBLINGS 5
 #define MAX_MISSES 100
 #define NO_ADDRESS 1u

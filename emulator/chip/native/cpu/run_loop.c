@@ -8,7 +8,7 @@
 #include "fcu.h"
 
 #define MAX_RUN 2000000                  /* instructions: about 10 ms of the host */
-#define MAX_CHAIN 1000                   /* instructions without a return to the main loop; more than a block has */
+#define MAX_CHAIN 1000                   /* instructions without a return to the main loop; larger than a block */
 #define RESET_PULSE_PS INT64_C(20000000) /* minimum (RM0368 6.1.1) */
 
 void run_loop_create(Chip *chip) {
@@ -314,7 +314,7 @@ static void reset(Chip *chip) {
   run_loop->reported_lock_up = 0;
   int64_t before = chip->work;
   python_registers_invalidate(chip);
-  chip->host.reset(chip->now_ps, reason); /* RCC is last, so that no peripheral gets new clocks with old
+  chip->host.reset(chip->now_ps, reason); /* RCC is reset last, so that no peripheral gets new clocks with old
                                              settings */
   fcu_start(chip);
   cycle_clock_sleep_until(&chip->cycle_clock, chip->now_ps + RESET_PULSE_PS);
@@ -364,7 +364,7 @@ int32_t fcu_halted_on_bkpt(Chip *chip) {
   return met;
 }
 
-/* Return false if nothing is to be done. */
+/* Return false if no work is due. */
 static bool between_instructions(Chip *chip) {
   RunLoop *run_loop = &chip->run_loop;
   if (run_loop->reset_reason) {

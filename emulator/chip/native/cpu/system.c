@@ -113,7 +113,7 @@ bool decode_cps(uint16_t first, Insn *insn) {
   return bits(first, 3, 2) == 0;
 }
 
-/* Barriers also use nop(), because accesses complete at once. */
+/* Barriers also use nop(), because accesses complete immediately. */
 void nop(Core *core, const Insn *insn, int32_t budget) { NEXT; }
 
 OPERATION(wfe) { stop_after(core, insn, budget, STOP_WFE); }

@@ -4,7 +4,7 @@
 
 #include "cpu/access.h"
 
-/* The numbers up to LDRSH are those of A5.2.4. */
+/* Section A5.2.4 defines the numbers up to LDRSH. */
 enum Transfer { STR, STRH, STRB, LDRSB, LDR, LDRH, LDRB, LDRSH, LDR_SP, LDR_PC, TRANSFERS };
 /* [n, #imm]  [n, m, LSL #shift]  [#imm]  [n, #imm]!  [n], #imm. */
 enum Form { OFFSET, REGISTER, LITERAL_FORM, PRE_INDEXED, POST_INDEXED, FORMS };

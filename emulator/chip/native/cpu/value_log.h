@@ -34,8 +34,8 @@ typedef struct ValueLog {
   uint32_t capacity, count, lost;
   uint32_t level; /* index of the current level */
   ValueLogLevel levels[VALUE_LOG_LEVELS];
-  /* A hash table of the latest logged value for each address and register. An equal value is not logged
-     again. */
+  /* A hash table of the latest logged value for each address and register. A value that equals the latest
+   * value is not logged again. */
   uint32_t keys[VALUE_LOG_LATEST], latest[VALUE_LOG_LATEST];
   /* The number of values logged for each instruction; VALUE_LOG_MOST limits it, so that a loop cannot fill
    * the log. */

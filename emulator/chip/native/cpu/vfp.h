@@ -1,8 +1,8 @@
 /* FPv4-SP: single precision (ARMv7-M ARM A2.5).
  *
- * Values are bits in core->s[]. The host's arithmetic is used if its result is certainly exact (vfp_data.c),
- * integers otherwise (vfp_exact.c). The host must round to nearest, and the compiler must not fuse operations
- * (-ffp-contract=off).
+ * Values are bits in core->s[]. The host's arithmetic is used if its result is certainly exact (vfp_data.c).
+ * Otherwise integer arithmetic is used (vfp_exact.c). The host must round to nearest, and the compiler must
+ * not fuse operations (-ffp-contract=off).
  */
 #ifndef FCU_VFP_H
 #define FCU_VFP_H
@@ -79,7 +79,7 @@ typedef struct {
 } Format;
 extern const Format SINGLE, HALF, ALTERNATIVE_HALF;
 
-/* Unpack a finite value. With FPSCR.FZ, a denormal becomes 0. */
+/* Unpack a finite value. If FPSCR.FZ is set, a denormal becomes 0. */
 Number unpacked(Core *core, uint32_t value);
 /* FPRound, with flags. */
 uint32_t rounded(Core *core, Number number, Format format, enum Rounding mode);

@@ -1,6 +1,6 @@
 /* DMA1 and DMA2 (RM0368 section 9; interrupts: table 38), and the request lines (9.3.3, tables 28, 29).
  *
- * A transfer happens at once when it is requested; the FIFO delays nothing. Packing (9.3.10) follows from
+ * A transfer happens immediately when it is requested; the FIFO delays nothing. Packing (9.3.10) follows from
  * little-endian order. A memory-to-memory transfer takes 4 cycles per item (an estimate). All its items are moved at
  * its end; NDTR is constant until then.
  *
@@ -8,7 +8,7 @@
  * certain.
  *
  * NOT MODELLED, with a note: the peripheral as flow controller (PFCTRL, for SDIO). NOT MODELLED, silent: priorities,
- * bursts, PINCOS, FIFO errors; requests of I2S, SPI4, SDIO, and of timers except updates.
+ * bursts, PINCOS, FIFO errors; requests of I2S, SPI4 and SDIO; requests of timers, except updates.
  */
 #include "fcu.h"
 

@@ -142,7 +142,7 @@ static void syscfg_write(Peripheral *peripheral, uint32_t offset, uint32_t value
   if (offset == MEMRMP && *word) {
     peripheral_note(peripheral, 0, NOTE_NOT_MODELLED, "remap | MEMRMP: address 0 stays the flash");
   } else if (offset == CMPCR) {
-    *word = *word & CMPCR_CMP_PD ? CMPCR_CMP_PD | CMPCR_READY : 0; /* ready at once (7.2.7) */
+    *word = *word & CMPCR_CMP_PD ? CMPCR_CMP_PD | CMPCR_READY : 0; /* ready immediately (7.2.7) */
   } else if (EXTICR1 <= offset && offset <= EXTICR4) {
     select_pins(peripheral->chip);
   }

@@ -1,8 +1,8 @@
 /* GPIO ports A to E and H (RM0368 section 8), and the level of each pin.
  *
- * Strong drivers are the output stage and the devices outside (combined by emulator/buses/gpio.py). A low
- * level of one of them wins. Without a strong driver the pull resistor decides; the level of a floating pin
- * is 0.
+ * Strong drivers are the output stage and the devices outside (combined by emulator/buses/gpio.py). If one of
+ * them drives low, the pin is low. Without a strong driver the pull resistor decides; the level of a floating
+ * pin is 0.
  *
  * Reset: PA13 to PA15, PB3 and PB4 belong to the debug port (AF0), so MODER of port A is 0xA800 0000; some
  * revisions of RM0368 print 0x0C00 0000, which contradicts 8.3.1. Analog pins read as 0 (8.3.12).
@@ -12,7 +12,7 @@
  * NOT MODELLED
  * - Levels in alternate-function mode: the pin is released.
  * - OSPEEDR: stored.
- * - EXTI: analog pins are not disconnected from it.
+ * - EXTI: analog pins are not disconnected from EXTI.
  */
 #include "peripherals/gpio.h"
 
@@ -222,7 +222,7 @@ static void gpio_write(Peripheral *peripheral, uint32_t offset, uint32_t value, 
   }
 }
 
-/* Return whether the write changes no output. Loops that display a state repeat the same write. */
+/* Return whether the write changes no output. Loops that show a state on LEDs repeat the same write. */
 static bool gpio_is_redundant_write(const Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
   const GpioPort *port = (const GpioPort *)peripheral;
   return (offset == BSRR || offset == ODR) && latched(port, offset, value, mask) == port->registers[ODR >> 2];

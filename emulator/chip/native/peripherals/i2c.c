@@ -1,13 +1,13 @@
 /* I2C1 to I2C3 as bus master (RM0368 section 18).
  *
  * A message is a sequence of operations: start, address, bytes, stop (18.3.3, figures 163, 164). After each operation
- * STOP, START and DR select the next one; without a request the peripheral holds SCL low. The end of an operation is
- * a scheduled event while an interrupt or DMA waits for it, otherwise a deferred event.
+ * STOP, START and DR select the next operation; without a request the peripheral holds SCL low. The end of an
+ * operation is a scheduled event while an interrupt or DMA waits for it, otherwise a deferred event.
  *
  * The receiver has two stages, DR and shift register; when both are full (BTF), SCL stays low until DR is read. ACK is
- * evaluated at the end of a byte; with POS, the first byte uses the value that ACK had when the address was sent. HAL
- * reads two bytes this way. In this model SCL stays low after a byte without acknowledge, so that a late STOP loses no
- * byte. On the chip this is certain only while DR is full.
+ * evaluated at the end of a byte; if POS is set, the first byte uses the value that ACK had when the address
+ * was sent. HAL reads two bytes this way. In this model SCL stays low after a byte without acknowledge, so
+ * that a late STOP loses no byte. On the chip this is certain only while DR is full.
  *
  * TXE is set with ADDR after a transmitter's address (EV6 and EV8_1 of figure 163). A START clears TXE and BTF. STOP
  * and START wait for the shift register; a byte in DR is lost. A note reports a STOP or START that is requested while
@@ -244,7 +244,7 @@ static void sent(I2c *i2c) {
   }
 }
 
-/* Return whether the byte is acknowledged. ACK and POS determine this; with DMA, LAST does too. */
+/* Return whether the byte is acknowledged. ACK, POS and, if DMA is used, LAST determine this. */
 static bool acknowledges(I2c *i2c) {
   bool now = i2c->cr1 & CR1_ACK;
   bool acknowledged = i2c->cr1 & CR1_POS ? i2c->acknowledge : now;

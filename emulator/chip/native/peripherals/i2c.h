@@ -33,7 +33,7 @@ typedef struct {
   int32_t (*read)(int64_t now_ps);
   void (*stop)(int64_t now_ps, int64_t end_ps);
   void (*abort)(int64_t now_ps);
-  void (*ended)(int64_t now_ps);          /* recent[] has a new message; only if chip->detailed */
+  void (*ended)(int64_t now_ps);          /* recent[] has a new message; called only if chip->detailed is set */
   int64_t (*released_ps)(int64_t now_ps); /* 0 if no line is held low */
   void (*set_speed)(int64_t now_ps, int64_t hz);
 } I2cCalls;
@@ -54,10 +54,10 @@ typedef struct {
   uint8_t wants_events; /* an interrupt or DMA waits for flags */
   uint8_t in_dma;       /* in a DMA request */
   uint8_t settings_checked;
-  uint8_t nack_next;   /* LAST: the next byte is the last of the DMA transfer, and is not acknowledged */
+  uint8_t nack_next;   /* LAST: the next byte is the final byte of the DMA transfer, and is not acknowledged */
   uint8_t dr_full;     /* a byte in DR waits for the shift register */
   uint8_t shift_full;  /* the latest byte arrived while DR was full */
-  uint8_t acknowledge; /* value of ACK when the previous byte ended; with POS it answers the present byte */
+  uint8_t acknowledge; /* value of ACK when the previous byte ended; if POS is set, used for the present byte */
   uint8_t shift;
   uint8_t reads_registers; /* bytes come from sensor_registers.h if possible */
   uint32_t last_sr1;
@@ -80,7 +80,7 @@ enum Answer i2c_wire_address(I2c *i2c);
 /* Send the byte in the shift register; return true if it was acknowledged. */
 bool i2c_wire_write(I2c *i2c);
 uint8_t i2c_wire_read(I2c *i2c);
-/* The message has ended with a stop condition at end_ps, or without one. */
+/* The message has ended with a stop condition at end_ps, or without a stop condition. */
 void i2c_wire_end(I2c *i2c, int64_t end_ps);
 void i2c_wire_abort(I2c *i2c);
 /* Return the time at which the held line is released, or 0 if no line is held low. */

@@ -1,7 +1,7 @@
 /* Peripherals in C: X(type, member of struct Chip, create function).
  *
- * Their order determines the indices and the order of simultaneous events. Add new peripherals at the end, with
- * an include.
+ * Their order determines the indices and the order of simultaneous events. Add new peripherals at the end,
+ * and include their header.
  */
 #ifndef FCU_LIST_H
 #define FCU_LIST_H

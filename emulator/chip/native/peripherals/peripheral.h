@@ -33,7 +33,7 @@ static inline void write_bits(uint32_t *word, uint32_t value, uint32_t mask, uin
   *word = (*word & ~mask) | (value & mask);
 }
 
-/* Example: FIELD(cr2, CR2_STOP). The names are those of the generated header. */
+/* Example: FIELD(cr2, CR2_STOP). The generated header defines the names. */
 #define FIELD(value, name) (((value) & (name)) >> name##_SHIFT)
 
 int64_t gcd(int64_t a, int64_t b);
@@ -109,7 +109,7 @@ int64_t event_at(const Chip *chip, int event);
 /* Call this when the peripheral is created. Then dma_ready() is called when a stream begins to serve the
  * line. */
 void dma_connect(Peripheral *peripheral, enum Request line);
-/* Make one transfer at once. Return false if no stream serves the line. */
+/* Make one transfer immediately. Return false if no stream serves the line. */
 bool dma_request(Chip *chip, enum Request line);
 /* Return 0 if no stream serves the line. */
 uint32_t dma_remaining(const Chip *chip, enum Request line);

@@ -1,9 +1,9 @@
 /* SPI1 to SPI3 as master (RM0368 sections 20.3, 20.5).
  *
- * A byte takes eight periods of SCK. The end of a byte is a deferred event, or a scheduled one if an interrupt or DMA
- * waits for it. Then spi_line.c exchanges the byte. Directions: full duplex; one line as output (BIDIMODE, BIDIOE);
- * one line as input (BIDIMODE); receive-only (RXONLY). In the latter two directions SPE starts the clock. With one
- * line as input, BSY stays low (20.3.7).
+ * A byte takes eight periods of SCK. The end of a byte is a deferred event, or a scheduled event if an
+ * interrupt or DMA waits for the byte. Then spi_line.c exchanges the byte. Directions: full duplex; one line
+ * as output (BIDIMODE, BIDIOE); one line as input (BIDIMODE); receive-only (RXONLY). In the latter two
+ * directions SPE starts the clock. With one line as input, BSY stays low (20.3.7).
  *
  * Decision: when an SPI only receives, its first byte starts when SPE is set. Each further byte starts when DR is read
  * while SPE is still set. So a pulse of SPE gives exactly one byte, as ST's sensor driver expects, for any number of
@@ -25,7 +25,7 @@
 
 enum Note { NOTE_CRC, NOTE_TI, NOTE_I2S, NOTE_MODF, NOTE_SLAVE, NOTE_NSS, NOTE_LOST, NOTE_PINS };
 
-/* Interrupts: table 38. Pins: those of the board. Their functions: STM32F401xB/C datasheet table 9. */
+/* Interrupts: table 38. Pins: the board's pins. Functions of the pins: STM32F401xB/C datasheet table 9. */
 static const struct {
   uint32_t base;
   int number;

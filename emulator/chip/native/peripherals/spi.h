@@ -6,7 +6,7 @@
 
 #define SPIS 3
 #define SPI_SENSORS 4
-#define SPI_RECEIVED 256 /* longest answer in C; Python handles longer ones */
+#define SPI_RECEIVED 256 /* longest answer in C; Python handles longer answers */
 #define SPI_RECENT 8
 
 #define SPI_READ 0x80u     /* bit of the first byte: set if the host reads */
@@ -36,7 +36,7 @@ typedef struct {
   void (*send)(int64_t now_ps, int32_t sensor, int32_t byte);
   int32_t (*receive)(int64_t now_ps, int32_t sensor, int32_t wires);
   void (*close)(int64_t now_ps, int32_t sensor);
-  /* A message has been recorded; only while chip->detailed. */
+  /* A message has been recorded; called only while chip->detailed is set. */
   void (*ended)(int64_t now_ps);
 } SpiCalls;
 

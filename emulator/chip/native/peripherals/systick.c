@@ -1,8 +1,8 @@
 /* SysTick (ARMv7-M ARM B3.3).
  *
- * Each step from 1 to 0 sets COUNTFLAG and, with TICKINT, pends the exception; the next clock reloads the counter.
- * The period is RVR + 1. Steps to 0 are events at exact multiples; values in between are computed. A new RVR takes
- * effect at a reload; an RVR of 0 stops the counter.
+ * Each step from 1 to 0 sets COUNTFLAG and, if TICKINT is set, pends the exception; the next clock reloads
+ * the counter. The period is RVR + 1. Steps to 0 are events, exactly one period apart; values in between are
+ * computed. A new RVR takes effect at a reload; an RVR of 0 stops the counter.
  */
 #include "peripherals/systick.h"
 

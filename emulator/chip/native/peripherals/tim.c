@@ -4,8 +4,8 @@
  * flag, so that PWM costs nothing. Missed updates are counted when the flag is cleared.
  *
  * Times are counted in ticks of the timer's clock since origin_ps, so that they do not drift. The origin is moved so
- * that the ticks fit into 64 bits. catch_up() needs few steps. The first goes to the next update, which loads the
- * preloaded registers; then whole cycles are skipped at once.
+ * that the ticks fit into 64 bits. catch_up() needs few steps. The first step goes to the next update, which
+ * loads the preloaded registers; then one step skips all whole cycles.
  *
  * NOT MODELLED, with a note: slave modes, external clocks, encoders (SMCR), DMA on capture and compare, DMA bursts.
  * NOT MODELLED, silent: break input, dead time; outputs as levels; input filters; CCxS = 3; synchronisation after
@@ -271,7 +271,7 @@ static uint32_t oscillator_flags(const Tim *tim) {
   return flags;
 }
 
-/* The number of edges since power-on; even ones rise. */
+/* The number of edges since power-on; edges with even numbers rise. */
 static int64_t edges_until(int64_t now_ps, int64_t hz) { return (int64_t)((__int128)now_ps * 2 * hz / PS_PER_S); }
 
 static void schedule_edge(Tim *tim) {
@@ -292,7 +292,7 @@ static void schedule_edge(Tim *tim) {
 
 /* -- the counts of ticks --------------------------------------------------------------------------------- */
 
-/* A tick is an update with UIE. It is lost if the flag was still set. It is late if more than
+/* A tick is an update while UIE is set. A tick is lost if the flag was still set. A tick is late if more than
  * LATE_AFTER_PS pass until the flag is cleared. */
 
 static void tick_due(Tim *tim) {
@@ -475,7 +475,7 @@ static inline void advance(Tim *tim, int64_t steps) {
   }
 }
 
-/* Skip whole update periods at once. All periods are equal, because no preloaded value is left to load. */
+/* Skip all whole update periods in one step. All periods are equal, because no preloaded value is left to load. */
 static void skip_cycles(Tim *tim, int64_t ticks) {
   if (!tim->running || !tim->preload_done || is_blocked(tim)) {
     return;
@@ -670,7 +670,7 @@ static void dier_changed(Tim *tim) {
   }
 }
 
-/* Without OCxPE the new value becomes active at once (12.4.7). */
+/* Without OCxPE the new value becomes active immediately (12.4.7). */
 static void compare_changed(Tim *tim, int number) {
   TimChannel *channel = &tim->channels[number];
   if (is_input(channel) || !(channel->settings & CCMR1_OC1PE)) {

@@ -48,7 +48,7 @@ typedef struct {
   int64_t base_tick;
   uint32_t prescale, repetition, repetitions_left; /* active values of PSC + 1 and RCR */
   uint8_t running, updates_enabled, one_pulse;
-  uint8_t preload_done; /* active registers equal preloaded ones */
+  uint8_t preload_done; /* active registers equal preloaded registers */
 
   TimChannel channels[TIM_CHANNELS];
   int64_t next_ps; /* next flag, if next_known */

@@ -1,15 +1,15 @@
 /* USART1, USART2 and USART6 in asynchronous mode (RM0368 section 19; interrupts: table 38).
  *
- * TXE and TC are computed when SR is read; an event exists only while an interrupt or DMA waits. Python receives
- * sent bytes in pieces. A byte that is written before TE is set waits in DR.
+ * TXE and TC are computed when SR is read; an event exists only while an interrupt or DMA waits. Python
+ * receives sent bytes in groups. A byte that is written before TE is set waits in DR.
  *
  * TC is cleared by a read of SR and then a write of DR, or by writing 0 to TC. ORE and IDLE are cleared by a
  * read of SR that shows them and then a read of DR (19.3, 19.6.1).
  *
  * NOT MODELLED, with a note: synchronous, smartcard, IrDA, LIN, half-duplex, hardware flow control, mute,
- * break. NOT MODELLED, silent: parity and the ninth bit have their time, but no contents; the idle frame
- * after TE. RM0368 does not define what happens to frames in flight when TE is cleared; here they are sent
- * completely.
+ * break. NOT MODELLED, silent: parity and the ninth bit take time, but have no contents; the idle frame
+ * after TE. RM0368 does not define what happens to frames in flight when TE is cleared; here these frames are
+ * sent completely.
  */
 #include "fcu.h"
 
