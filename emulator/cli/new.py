@@ -137,8 +137,10 @@ def workflow_of(rubric: Rubric, usual: str) -> str:
         return text.replace("fcu check --exercise 1 ", "fcu check ")
     text = text.replace("fcu check --exercise 1 ", f"fcu check --exercise {names[0]} ")
     if len(names) > 1:
-        return text.replace("add --exercise 2 when", f"add --exercise {names[1]} when")
-    return text.replace("add --exercise 2 when it is done. ", "")
+        return text.replace(
+            "--exercise 2 when exercise 2 is", f"--exercise {names[1]} when exercise {names[1]} is"
+        )
+    return text.replace("add --exercise 2 when exercise 2 is done. ", "")
 
 
 def _markdown(text: str) -> str:

@@ -226,12 +226,13 @@ def text(node: Node, above: int = 0) -> str:
 
 def _operation_text(node: Operation, above: int) -> str:
     own = _PRECEDENCE[node.operator]
-    if node.operator == "**":
-        if node.right == Number(2.0):
-            return f"{text(node.left, own + 1)}^2"
+    if node.operator != "**":
+        sign = f" {node.operator} " if own == 1 else node.operator
+        inner = f"{text(node.left, own)}{sign}{text(node.right, own + 1)}"
+    elif node.right == Number(2.0):
+        inner = f"{text(node.left, own + 1)}^2"
+    else:
         return f"pow({text(node.left)}, {text(node.right)})"
-    sign = f" {node.operator} " if own == 1 else node.operator
-    inner = f"{text(node.left, own)}{sign}{text(node.right, own + 1)}"
     return f"({inner})" if own < above else inner
 
 

@@ -282,7 +282,7 @@ class DataReadySignals:
         return after_read
 
     def _pulse(self, source: _SensorSignal, latest: int) -> None:
-        # If there are no listeners, only the latest pulse has an effect.
+        # Without listeners, only the latest pulse has an effect.
         wired = self._chip.int1.wired or self._chip.int2.wired
         for index in range(source.next if wired else latest, latest + 1):
             at_ps = source.stream.time_ps(index)

@@ -127,7 +127,7 @@ def test_file_with_name_of_another_student_is_rejected(tmp_path: Path) -> None:
     all_found = found(tree(tmp_path / "class", **{own: b"1", other: b"2"}), Roster([Student("1815", "Ada")]))
 
     assert source(all_found["1815"], tmp_path) == {"main.c": b"1"}
-    with pytest.raises(RejectedError, match="that of Ada"):
+    with pytest.raises(RejectedError, match="the name of Ada"):
         all_found[other.removesuffix(".c")].content(tmp_path)
 
 

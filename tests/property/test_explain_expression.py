@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from fcu_emulator.emulator.explain.edits import edits
@@ -93,6 +93,7 @@ def test_function_of_one_pose_equals_function_of_samples(name: str) -> None:
 
 
 @given(nodes())
+@example(Operation("**", Operation("**", Name("a"), Number(2.0)), Number(2.0)))
 def test_formula_can_be_parsed_from_its_text(node: Node) -> None:
     again = parse(text(node).replace("^2", "**2"))
     assert text(again) == text(node)

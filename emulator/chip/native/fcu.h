@@ -1,6 +1,6 @@
 /* The C interface for Python; the heading of each section gives the file that implements the section.
  *
- * All functions take the handle that fcu_create() returns. There is no global state. Only one thread at a time
+ * All functions take the handle that fcu_create() returns. The library has no global state. Only one thread at a time
  * may use a handle. Times are picoseconds since power-on. C code of the library itself calls hidden functions,
  * because a call of an exported function goes through a table.
  */
