@@ -109,7 +109,7 @@ class Bank(ctypes.Structure):
 def new_train(first: int, keep: bytes) -> tuple[bytearray, Train]:
     """Return a train of the output at ``first``, and its memory, which a snapshot saves.
 
-    ``keep``: for each byte, the status bits that its read does not clear.
+    ``keep``: for each byte, the status bits that stay set when the byte is read.
     """
     memory = bytearray(ctypes.sizeof(Train))
     train = Train.from_buffer(memory)

@@ -275,7 +275,7 @@ class Scenario:
         return board.clock.now_ps >= self.duration_ps
 
     def standing(self, board: BoardView) -> list[str]:
-        """Return the result as text. Before the end, return final failures and a count.
+        """Return the result as text. During the run: the failures that can no longer change, and counts.
 
         Raises InputError if the board plays another scenario.
         """

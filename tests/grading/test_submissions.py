@@ -344,7 +344,7 @@ def flat(pattern: str, files: dict[str, bytes]) -> dict[str, bytes]:
 
 
 @pytest.mark.parametrize("platform", FLAT)
-def test_files_in_flat_folder_form_one_submission(tmp_path: Path, platform: str) -> None:
+def test_files_in_flat_folder_are_one_submission(tmp_path: Path, platform: str) -> None:
     ada, bob = FLAT[platform]
     files = {"main.c": b"1", "motion.c": b"2", "motion.h": b"3", "report.pdf": b"4"}
     where = tree(tmp_path / "class", **flat(ada, files), **flat(bob, {"lab3.elf": ELF}))

@@ -106,7 +106,7 @@ def test_timestamp_stops_in_power_down_and_continues() -> None:
     assert count(chip) == 80_000
 
 
-def test_disabling_keeps_count() -> None:
+def test_disabled_timestamp_does_not_reset_its_count() -> None:
     chip = counting()
     chip.wait(PS_PER_S)
     chip.write(CTRL10_C, 0x00)
