@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
-from pathlib import Path
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -14,18 +13,9 @@ import numpy as np
 from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
 from fcu_emulator.emulator.chip.diagnosis.printing import PrintedLines
 from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
-from fcu_emulator.emulator.chip.firmware import Limits
 from fcu_emulator.emulator.explain.alignment import Alignment, Formulas, Mistake, PrintedNumbers
 from fcu_emulator.emulator.explain.expression import Name, Number, names, text
-from fcu_emulator.emulator.explain.probe import (
-    POSES,
-    InputRegister,
-    Probed,
-    WordUse,
-    own_code,
-    probe,
-    uses_of,
-)
+from fcu_emulator.emulator.explain.probe import POSES, InputRegister, Probe, Probed, WordUse, own_code
 from fcu_emulator.emulator.explain.search import ValueSearch
 from fcu_emulator.emulator.explain.source_text import source_text
 from fcu_emulator.emulator.explain.states import States, WrongState
@@ -72,17 +62,17 @@ class Explanation:
 
 
 def explain_numbers(
-    firmware: str | Path, arithmetic: Arithmetic, outputs: Iterable[ShownNumber], limits: Limits
+    probe: Probe, arithmetic: Arithmetic, outputs: Iterable[ShownNumber]
 ) -> list[Explanation]:
     """Return explanations of wrong outputs, in the order of the formulas. Each mistake appears one time.
 
     Return [] if no mistake is found, or if the firmware fails in a pose.
     """
-    probed = probe(firmware, arithmetic.inputs, limits)
+    probed = probe.run(arithmetic.inputs)
     if probed is None:
         return []
     found: dict[tuple[str, str], Explanation] = {}
-    explainer = _Explainer(probed, arithmetic, partial(uses_of, firmware, limits=limits))
+    explainer = _Explainer(probe, probed, arithmetic)
     for output in outputs:
         for one in explainer.explain(output):
             found.setdefault((one.mistake.step, one.diagnosis.summary), one)
@@ -105,17 +95,13 @@ def first_of(explanations: Sequence[Explanation]) -> list[Diagnosis]:
 
 
 class _Explainer:
-    def __init__(
-        self,
-        probed: Probed,
-        arithmetic: Arithmetic,
-        uses_of_words: Callable[[Collection[int]], Mapping[int, WordUse]],
-    ) -> None:
+    def __init__(self, probe: Probe, probed: Probed, arithmetic: Arithmetic) -> None:
+        self._probe = probe
+        self._image = probe.image
         self._probed = probed
-        self._uses_of_words = uses_of_words
         self._arithmetic = arithmetic
         self._search = ValueSearch(probed.logs)
-        self._places = Places(probed.image)
+        self._places = Places(probe.image)
         self._best: dict[tuple[int, ...], Alignment] = {}
 
     def explain(self, output: ShownNumber) -> Iterator[Explanation]:
@@ -183,7 +169,7 @@ class _Explainer:
 
     @cached_property
     def _wrong_states(self) -> list[WrongState]:
-        symbols = self._probed.image.symbols
+        symbols = self._image.symbols
         if symbols is None:
             return []
         formulas = self._arithmetic.formulas
@@ -192,7 +178,7 @@ class _Explainer:
 
     @cached_property
     def _uses(self) -> Mapping[int, WordUse]:
-        return self._uses_of_words([one.address for one in self._wrong_states])
+        return self._probe.uses_of([one.address for one in self._wrong_states])
 
     # -- words ------------------------------------------------------------------------------------------
 
@@ -236,9 +222,9 @@ class _Explainer:
 
     def _quoted(self, site: int | None) -> Iterator[str]:
         """Yield the source line of an instruction, if its file is beside the ELF file."""
-        symbols = self._probed.image.symbols
+        symbols = self._image.symbols
         if site is not None and symbols is not None:
-            yield from filter(None, (source_text(self._probed.image, symbols.line_at(site)),))
+            yield from filter(None, (source_text(self._image, symbols.line_at(site)),))
 
     def _part(self, mistake: Mistake, place: str) -> Iterator[str]:
         """Yield the line that first sets the wrong part's value in the same function, unless it is ``place``.
@@ -269,13 +255,13 @@ class _Explainer:
 
     def _state(self, output: ShownNumber, state: WrongState) -> Explanation:
         right, rule = state.right, state.rule
-        symbols, site = self._probed.image.symbols, self._state_site(state)
+        symbols, site = self._image.symbols, self._state_site(state)
         place = self._place(site)
         quoted = list(self._quoted(site))
         if rule == right:
             line = symbols.definition_of_variable(state.address) if symbols is not None else None
             place = f"{line}: " if line is not None else ""
-            quoted = list(filter(None, (source_text(self._probed.image, line),)))
+            quoted = list(filter(None, (source_text(self._image, line),)))
             beyond = "exceeds" if right.operator == ">" else "falls below"
             summary = f"{place}{state.variable} begins at {_number(right.initial)}, which {right.compared} never {beyond}"
         elif rule is None:
@@ -305,13 +291,13 @@ class _Explainer:
 
     def _own(self, sites: Iterable[int]) -> list[int]:
         """Return the instructions outside of libraries and drivers."""
-        ranges = own_code(self._probed.image)
+        ranges = own_code(self._image)
         return [site for site in sites if any(begin <= site < end for begin, end in ranges)]
 
     def _site(self, mistake: Mistake, output: ShownNumber, line: str) -> int | None:
         """Return an instruction of the mistake: a print, a computation, or the load of a wrong operand."""
         if mistake.step == output.step and isinstance(mistake.computed, Name):
-            printed = PrintedLines(self._probed.image, self._places, line.encode("latin-1"))
+            printed = PrintedLines(self._image, self._places, line.encode("latin-1"))
             return printed.address(printed.lines[0].made_by) if printed.lines else None
         found = mistake.addresses or self._own(mistake.part_addresses)
         return found[-1] if found else None

@@ -1,6 +1,6 @@
 """Run firmware in several poses of an ideal board, and log the values that it computes.
 
-The board, with a magnet on it, stands still in each pose. Formulas count as equal if their values
+A magnet is fixed to the board, and the board rests in each pose. Formulas count as equal if their values
 are equal in all poses. The first poses only set the largest and smallest value of each axis.
 """
 
@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -18,9 +18,10 @@ import numpy as np
 import numpy.typing as npt
 
 from fcu_emulator.emulator.assembly.board import Board
+from fcu_emulator.emulator.assembly.snapshot import Snapshot
 from fcu_emulator.emulator.chip.cpu.core import Core
 from fcu_emulator.emulator.chip.cpu.value_log import ValueLog, Values
-from fcu_emulator.emulator.chip.firmware import Limits
+from fcu_emulator.emulator.chip.firmware import ArmFirmware, Limits
 from fcu_emulator.emulator.chip.image import FirmwareImage
 from fcu_emulator.emulator.chip.memory_map import FLASH_MEMORY, RAM_MEMORY
 from fcu_emulator.emulator.errors import FirmwareError
@@ -59,7 +60,8 @@ _WORD, _PC = 4, 15
 _READ_S: Final = 0.1
 """Time for reads, longer than the time between two reads of the slowest sensor."""
 _LOGGED_S: Final = 1.3
-"""Logged time, longer than the lab's period of printing."""
+"""Longest logged time in a pose, longer than the lab's period of printing."""
+_PIECE_S: Final = 0.1
 _LIBRARY: Final = re.compile(
     r"newlib|libgcc|picolibc|(?:^|[/\\])(?:stm32\w*|startup\w*|system_\w*)\.\w+$", re.IGNORECASE
 )
@@ -84,24 +86,6 @@ class Probed:
     lines: Sequence[Sequence[str]]
     memory: Sequence[bytes]
     """RAM at the start and after each pose."""
-    image: FirmwareImage
-
-
-def probe(firmware: str | Path, inputs: Mapping[str, InputRegister], limits: Limits) -> Probed | None:
-    """Run a firmware file in all poses. Return None for Python firmware or after a failure."""
-    board = Board(firmware, ideal=True)
-    if board.chip is None:
-        return None
-    board.chip.limits = limits
-    image = board.chip.image
-    try:
-        read, logs, lines, memory = _run(board, inputs, image)
-    except FirmwareError:
-        return None
-    finally:
-        board.close()
-    values = {name: np.array(every) for name, every in read.items()}
-    return Probed(values, logs, lines, memory, image)
 
 
 class WordUse(NamedTuple):
@@ -111,67 +95,88 @@ class WordUse(NamedTuple):
     loads: Counter[int]
 
 
-def uses_of(firmware: str | Path, words: Collection[int], limits: Limits) -> Mapping[int, WordUse]:
-    """Run a firmware in all poses, and return the instructions that use these words of the RAM."""
-    uses = {address: WordUse(Counter(), Counter()) for address in words}
-    board = Board(firmware, ideal=True)
-    if board.chip is None or not uses:
-        return uses
-    board.chip.limits = limits
-    core = board.chip.chip.core
+class Probe:
+    """A board with a firmware file, for runs in all poses."""
 
-    def note(address: int, size: int, is_store: bool) -> None:
-        for word, use in uses.items():
-            if address < word + _WORD and word < address + size:
-                (use.stores if is_store else use.loads)[core.register(_PC)] += 1
+    def __init__(self, firmware: ArmFirmware, board: Board) -> None:
+        self.image = firmware.image
+        self._board = board
+        self._core = firmware.chip.core
+        self._started: Snapshot | None = None
 
-    with suppress(FirmwareError):
-        _start(board)
-        board.run_for(_START_S)
-        core.on_access = note
-        core.watch_memory(min(words) - _WORD, max(words) + _WORD)
+    def run(self, inputs: Mapping[str, InputRegister]) -> Probed | None:
+        """Run the firmware in all poses. Return None after a failure. Call this method one time."""
+        try:
+            return self._run(inputs)
+        except FirmwareError:
+            return None
+
+    def _run(self, inputs: Mapping[str, InputRegister]) -> Probed:
+        board = self._board
+        read: dict[str, list[float]] = {name: [] for name in inputs}
+        logs, lines = list[Values](), list[list[str]]()
+        seen: _Bytes = {}
+        memory = [self._start()]
+        _watched_run(board, seen, _START_S)
+        self._started = board.snapshot()
+        log = ValueLog(self._core, own_code(self.image))
         for pose in (*PAST, *POSES):
             _put(board, pose)
             board.run_for(_SETTLE_S)
-    board.close()
-    return uses
+            _watched_run(board, seen, _READ_S)
+            memory.append(_ram(self._core))
+            for name, register in inputs.items():
+                read[name].append(_number(seen, register))
+            if pose in POSES:
+                printed = board.terminal.position
+                with log:
+                    _run_until_printed(board)
+                logs.append(log.take())
+                lines.append(_complete_lines(board, printed))
+        return Probed({name: np.array(every) for name, every in read.items()}, logs, lines, memory)
+
+    def _start(self) -> bytes:
+        """Prepare the world, run the start-up code, and return the contents of the RAM."""
+        self._board.world.set_hard_iron(*_HARD_IRON_MGAUSS)
+        self._board.world.set_temperature(_TEMPERATURE_DEGC)
+        _put(self._board, PAST[0])
+        self._board.run_for(_START_UP_S)
+        return _ram(self._core)
+
+    def uses_of(self, words: Collection[int]) -> Mapping[int, WordUse]:
+        """Return the instructions that use these words of the RAM in all poses. Call ``run`` before."""
+        uses = {address: WordUse(Counter(), Counter()) for address in words}
+        if self._started is None or not uses:
+            return uses
+
+        def note(address: int, size: int, is_store: bool) -> None:
+            for word, use in uses.items():
+                if address < word + _WORD and word < address + size:
+                    (use.stores if is_store else use.loads)[self._core.register(_PC)] += 1
+
+        self._board.restore(self._started)
+        self._core.on_access = note
+        self._core.watch_memory(min(words) - _WORD, max(words) + _WORD)
+        with suppress(FirmwareError):
+            for pose in (*PAST, *POSES):
+                _put(self._board, pose)
+                self._board.run_for(_SETTLE_S)
+        self._core.unwatch_memory()
+        return uses
 
 
-def _run(
-    board: Board, inputs: Mapping[str, InputRegister], image: FirmwareImage
-) -> tuple[dict[str, list[float]], list[Values], list[list[str]], list[bytes]]:
-    assert board.chip is not None
-    core = board.chip.chip.core
-    read: dict[str, list[float]] = {name: [] for name in inputs}
-    logs, lines = list[Values](), list[list[str]]()
-    seen: _Bytes = {}
-    memory = _start(board)
-    _watched_run(board, seen, _START_S)
-    log = ValueLog(core, own_code(image))
-    for pose in (*PAST, *POSES):
-        _put(board, pose)
-        board.run_for(_SETTLE_S)
-        _watched_run(board, seen, _READ_S)
-        memory.append(_ram(core))
-        for name, register in inputs.items():
-            read[name].append(_number(seen, register))
-        if pose in POSES:
-            printed = board.terminal.position
-            with log:
-                board.run_for(_LOGGED_S)
-            logs.append(log.take())
-            lines.append(_complete_lines(board, printed))
-    return read, logs, lines, memory
-
-
-def _start(board: Board) -> list[bytes]:
-    """Prepare the world, run the start-up code, and return the contents of the RAM."""
-    assert board.chip is not None
-    board.world.set_hard_iron(*_HARD_IRON_MGAUSS)
-    board.world.set_temperature(_TEMPERATURE_DEGC)
-    _put(board, PAST[0])
-    board.run_for(_START_UP_S)
-    return [_ram(board.chip.chip.core)]
+@contextmanager
+def probe(firmware: str | Path, limits: Limits) -> Iterator[Probe | None]:
+    """Boot a firmware file on an ideal board. The value is None for firmware in Python."""
+    board = Board(firmware, ideal=True)
+    try:
+        if board.chip is None:
+            yield None
+        else:
+            board.chip.limits = limits
+            yield Probe(board.chip, board)
+    finally:
+        board.close()
 
 
 def _ram(core: Core) -> bytes:
@@ -195,6 +200,19 @@ def _watched_run(board: Board, seen: _Bytes, seconds: float) -> None:
         board.run_for(seconds)
     finally:
         stop()
+
+
+def _run_until_printed(board: Board) -> None:
+    """Run the board until output that begins after a silent piece of time has ended, or for the longest time."""
+    has_been_silent = has_printed = False
+    for _ in range(round(_LOGGED_S / _PIECE_S)):
+        before = board.terminal.position
+        board.run_for(_PIECE_S)
+        is_silent = board.terminal.position == before
+        if is_silent and has_printed:
+            return
+        has_been_silent |= is_silent
+        has_printed = has_been_silent and not is_silent
 
 
 def _put(board: Board, pose: ProbePose) -> None:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from fcu_emulator.emulator.analysis.mistakes import without_explained
-from fcu_emulator.emulator.assembly.board import Board
-from fcu_emulator.emulator.assembly.firmware import choose
 from fcu_emulator.emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY, Diagnosis
 from fcu_emulator.emulator.grading.rubric import CheckTable, Rubric
 from fcu_emulator.emulator.grading.verdict import CheckResult, DiagnosedCause, RunEvidence
@@ -18,6 +16,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fcu_emulator.emulator.chip.firmware import Limits
+    from fcu_emulator.emulator.chip.image import FirmwareImage
     from fcu_emulator.emulator.explain.explanation import Explanation, ShownNumber
 
 
@@ -57,40 +56,52 @@ def _explained(
         for name, one in results.items()
         if one.outcome in ("failed", "partial") and one.visibility == "always"
     }
-    missing = _missing_calls(firmware, rubric, failed)
-    explained_by_calls = {check for checks, _ in missing for check in checks}
+    if not failed:
+        return list(evidence)
     outputs: dict[str, list[ShownNumber]] = {}
     for one in evidence:
         kinds = {cause.kind for cause in one.causes}
         if one.stopped or kinds & KEEPS_SAMPLES_AWAY or any(cause.fatal for cause in one.causes):
             continue
         outputs[one.run] = [
-            output
-            for exercise in one.exercises
-            for output in _outputs(rubric, exercise, one.run, results)
-            if output.check not in explained_by_calls
+            output for exercise in one.exercises for output in _outputs(rubric, exercise, one.run, results)
         ]
     wanted = [output for every in outputs.values() for output in every]
-    found: list[Explanation] = []
-    if wanted:
-        from fcu_emulator.emulator.explain.explanation import explain_numbers
-
-        found = explain_numbers(firmware, rubric.explain.arithmetic(), wanted, limits)
+    missing, found = _mistakes(firmware, rubric, limits, failed, wanted)
     return [_with_causes(one, missing, found, outputs.get(one.run, ())) for one in evidence]
 
 
-def _missing_calls(
-    firmware: str | Path, rubric: Rubric, failed: Collection[str]
-) -> list[tuple[frozenset[str], Diagnosis]]:
-    """Return failed checks, each with a diagnosis of a function that the program has and does not call."""
+_MissingCalls = Sequence[tuple[frozenset[str], Diagnosis]]
+"""Failed checks, each with a diagnosis of a function that the program has and does not call."""
+
+
+def _mistakes(
+    firmware: str | Path,
+    rubric: Rubric,
+    limits: Limits,
+    failed: Collection[str],
+    outputs: Iterable[ShownNumber],
+) -> tuple[_MissingCalls, Sequence[Explanation]]:
+    """Return the missing calls behind failed checks, and the wrong formulas behind the other outputs."""
+    from fcu_emulator.emulator.explain.explanation import explain_numbers
+    from fcu_emulator.emulator.explain.probe import probe
+
+    assert rubric.explain is not None
+    with probe(firmware, limits) as running:
+        if running is None:
+            return [], []
+        missing = _missing_calls(running.image, rubric, failed)
+        by_calls = {check for checks, _ in missing for check in checks}
+        wanted = [one for one in outputs if one.check not in by_calls]
+        return missing, explain_numbers(running, rubric.explain.arithmetic(), wanted) if wanted else []
+
+
+def _missing_calls(image: FirmwareImage, rubric: Rubric, failed: Collection[str]) -> _MissingCalls:
     from fcu_emulator.emulator.explain.calls import never_called
 
     assert rubric.explain is not None
-    image = choose(Board.description, firmware, None).image if failed else None
-    if image is None:
-        return []
     found = []
-    for call, one in never_called(image, rubric.explain.calls()):
+    for call, one in never_called(image, rubric.explain.calls() if failed else ()):
         wrong = call.checks.intersection(failed)
         if wrong:
             titles = (
@@ -114,7 +125,7 @@ def _numbers(check: CheckTable) -> list[ExpectField]:
 
 def _with_causes(
     evidence: RunEvidence,
-    missing: Sequence[tuple[frozenset[str], Diagnosis]],
+    missing: _MissingCalls,
     found: Sequence[Explanation],
     outputs: Sequence[ShownNumber],
 ) -> RunEvidence:
@@ -162,7 +173,7 @@ def explained_run(
     """
     if rubric.explain is None:
         return []
-    from fcu_emulator.emulator.explain.explanation import ShownNumber, explain_numbers, first_of
+    from fcu_emulator.emulator.explain.explanation import ShownNumber, first_of
 
     numbers = None if wrong is None else {one.title for one in wrong}
     outputs: dict[str, ShownNumber] = {}
@@ -174,10 +185,7 @@ def explained_run(
         for step, field in zip(rubric.explain.shows.get(name, ()), fields, strict=False):
             if numbers is None or field.title in numbers:
                 outputs.setdefault(step, ShownNumber(name, step, field.title, field.number_format()))
-    missing = _missing_calls(firmware, rubric, failed)
-    unexplained = failed.difference(*(names for names, _ in missing))
-    wanted = [one for one in outputs.values() if numbers is None or one.check in unexplained]
-    found = explain_numbers(firmware, rubric.explain.arithmetic(), wanted, limits) if wanted else []
+    missing, found = _mistakes(firmware, rubric, limits, failed, outputs.values())
     return [*(one for _, one in missing), *first_of(found)]
 
 

@@ -19,6 +19,7 @@ import pytest
 from fcu_emulator.emulator.chip.firmware import Limits
 from fcu_emulator.emulator.explain.explanation import Explanation, ShownNumber, explain_numbers
 from fcu_emulator.emulator.explain.expression import text
+from fcu_emulator.emulator.explain.probe import probe
 from fcu_emulator.emulator.grading.rubric import load_rubric
 from fcu_emulator.emulator.scenario.formats import NamedFormat
 from tests.support.arm import student_programs
@@ -58,7 +59,9 @@ def explained(elf: str | Path) -> list[Explanation]:
     rubric = load_rubric("lab3")
     assert rubric.explain is not None
     outputs = [ShownNumber("check", step, step, NamedFormat(name)) for step, name in SHOWN.items()]
-    return explain_numbers(elf, rubric.explain.arithmetic(), outputs, Limits())
+    with probe(elf, Limits()) as running:
+        assert running is not None
+        return explain_numbers(running, rubric.explain.arithmetic(), outputs)
 
 
 @needs_compiler

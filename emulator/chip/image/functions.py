@@ -36,6 +36,14 @@ class Signature(NamedTuple):
     is_variadic: bool
 
 
+class _Entries(NamedTuple):
+    """The entries of functions by address, and the names of inlined functions and of defined functions."""
+
+    at: dict[int, DebugEntry]
+    inlined: set[str]
+    defined: set[str]
+
+
 class Functions:
     """Signatures by address. Raises DebugInfoError."""
 
@@ -45,32 +53,30 @@ class Functions:
         self._known: dict[int, Signature] = {}
 
     @cached_property
-    def _entries(self) -> tuple[dict[int, DebugEntry], set[str]]:
-        entries: dict[int, DebugEntry] = {}
-        inlined: set[str] = set()
+    def _entries(self) -> _Entries:
+        found = _Entries({}, set(), set())
         for entry in self._info.find(_SUBPROGRAM):
             address = entry.number(_AT_LOW_PC)
             if address is not None:
-                entries.setdefault(address & ~1, entry)
+                found.at.setdefault(address & ~1, entry)
             elif entry.number(_AT_INLINE) in _INLINED:
-                inlined.add(self._info.name(entry))
-            if len(entries) + len(inlined) > _MAX_FUNCTIONS:
+                found.inlined.add(self._info.name(entry))
+            if entry.number(_AT_DECLARATION) is None:
+                found.defined.add(self._info.name(entry))
+            if len(found.at) + len(found.inlined) > _MAX_FUNCTIONS:
                 raise DebugInfoError(f"it describes more than {_MAX_FUNCTIONS} functions")
-        return entries, inlined
+        return found
 
     def is_inlined(self, name: str) -> bool:
-        return name in self._entries[1]
+        return name in self._entries.inlined
 
     def is_defined(self, name: str) -> bool:
         """Return whether the source defines a function, even if the linker has removed it."""
-        return any(
-            self._info.name(entry) == name and entry.number(_AT_DECLARATION) is None
-            for entry in self._info.find(_SUBPROGRAM)
-        )
+        return name in self._entries.defined
 
     def signature_at(self, address: int) -> Signature:
         if address not in self._known:
-            entry = self._entries[0].get(address)
+            entry = self._entries.at.get(address)
             if entry is None:
                 raise DebugInfoError(
                     "it has no debug information; compile with GCC and -g (not -gsplit-dwarf)"

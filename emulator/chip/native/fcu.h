@@ -209,7 +209,7 @@ void fcu_connect_usarts(Chip *chip, const UsartCalls *calls);
 void fcu_usart_wire(Chip *chip, int32_t index, int32_t port, int32_t pin, int32_t function, int32_t baud);
 /* Pass all bytes that the USART has sent so far to the callback sent(). */
 void fcu_usart_flush(Chip *chip, int32_t index);
-/* Set *num / *den to the duration of a frame in ps. Return 0 if there is no bit clock. */
+/* Set *num / *den to the duration of a frame in ps. Return 0 if the bit clock is off. */
 int32_t fcu_usart_frame(const Chip *chip, int32_t index, int64_t *num, int64_t *den);
 /* Return the next time at which TXE or TC is set. */
 int64_t fcu_usart_next_change(Chip *chip, int32_t index);

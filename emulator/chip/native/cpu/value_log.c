@@ -53,20 +53,30 @@ static ValueLogLevel *level_of(ValueLog *log, uint32_t exception) {
   return entered;
 }
 
+/* Set the level's registers from first to the current values, and log the registers that have changed. */
+static void update(ValueLog *log, ValueLogLevel *level, uint32_t first, const uint32_t *current,
+                   uint32_t count) {
+  uint32_t *registers = level->registers + first;
+  if (!memcmp(registers, current, count * sizeof *current)) {
+    return;
+  }
+  uint32_t changed[VALUE_LOG_REGISTERS], changes = 0;
+  for (uint32_t index = 0; index < count; index++) {
+    if (registers[index] != current[index]) {
+      changed[changes++] = first + index;
+    }
+  }
+  memcpy(registers, current, count * sizeof *current);
+  for (uint32_t index = 0; level->address && index < changes; index++) {
+    add(log, level->address, level->registers, changed[index]);
+  }
+}
+
 void value_log_add(Core *core, uint32_t address) {
   ValueLog *log = core->value_log;
   ValueLogLevel *level = level_of(log, core->ipsr);
-  uint32_t registers[VALUE_LOG_REGISTERS];
-  memcpy(registers, core->r, CORE_REGISTERS * sizeof *registers);
-  memcpy(registers + CORE_REGISTERS, core->s, sizeof core->s);
-  if (level->address) {
-    for (uint32_t number = 0; number < VALUE_LOG_REGISTERS; number++) {
-      if (registers[number] != level->registers[number]) {
-        add(log, level->address, registers, number);
-      }
-    }
-  }
-  memcpy(level->registers, registers, sizeof registers);
+  update(log, level, 0, core->r, CORE_REGISTERS);
+  update(log, level, CORE_REGISTERS, core->s, VALUE_LOG_REGISTERS - CORE_REGISTERS);
   level->address = address;
 }
 

@@ -8,8 +8,7 @@
  *
  * NOT MODELLED, with a note: synchronous, smartcard, IrDA, LIN, half-duplex, hardware flow control, mute,
  * break. NOT MODELLED, silent: parity and the ninth bit take time, but have no contents; the idle frame
- * after TE. RM0368 does not define what happens to frames in flight when TE is cleared; here these frames are
- * sent completely.
+ * after TE. If TE is cleared during a frame, the frame is sent completely (undefined in RM0368).
  */
 #include "fcu.h"
 
