@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import combinations
 from typing import Protocol, TypeVar
 
 from fcu_emulator.emulator.analysis.calibration import calibration_hint
@@ -20,6 +21,7 @@ from fcu_emulator.emulator.analysis.numbers import (
     Group,
     Hint,
     always_0,
+    exchanged,
     hint,
     is_far_off,
     shows_another,
@@ -89,32 +91,37 @@ class _Where:
 
     def __init__(self, arm: ArmFirmware | None) -> None:
         self._arm = arm
+        self._places = Places(arm.image) if arm is not None else None
 
-    def printed(self, line: LabLine) -> str:
-        """Return a place such as ``main(), main.c:93: ``, or ""."""
-        if self._arm is None:
-            return ""
-        places = Places(self._arm.image)
-        found = PrintedLines(self._arm.image, places, line.text.encode("latin-1"))
-        place = found.place(found.lines[0].made_by) if found.lines else ""
-        return f"{place}: " if place else ""
+    def printed(self, line: LabLine) -> int | None:
+        """Return the address of the instruction that prints a line."""
+        if self._arm is None or self._places is None:
+            return None
+        found = PrintedLines(self._arm.image, self._places, line.text.encode("latin-1"))
+        return found.address(found.lines[0].made_by) if found.lines else None
 
-    def defined(self, function: str) -> str:
-        """Return the place of a function's first instruction, or an empty string."""
-        places = Places(self._arm.image) if self._arm is not None else None
-        start = places.address_of(function) if places is not None else None
-        return places.place(start) if places is not None and start is not None else ""
+    def defined(self, function: str) -> int | None:
+        """Return the address of a function's first instruction."""
+        return self._places.address_of(function) if self._places is not None else None
 
-    def called(self, function: str) -> str:
-        """Return the place at which the callback or main() calls a function, or an empty string."""
-        if self._arm is None:
-            return ""
-        places, code = Places(self._arm.image), self._arm.chip.core.memory
-        for start in map(places.address_of, (CALLBACK, "main")):
-            call = places.call_of((function,), start, code) if start is not None else None
+    def called(self, function: str) -> int | None:
+        """Return the address at which the callback or main() calls a function."""
+        if self._arm is None or self._places is None:
+            return None
+        for start in map(self._places.address_of, (CALLBACK, "main")):
+            code = self._arm.chip.core.memory
+            call = self._places.call_of((function,), start, code) if start is not None else None
             if call is not None:
-                return places.place(call[0])
-        return ""
+                return call[0]
+        return None
+
+    def place(self, address: int | None, after: str = "") -> str:
+        """Return a place such as ``main(), main.c:93``, and ``after``; an empty string without an address."""
+        found = self._places.place(address) if self._places is not None and address is not None else ""
+        return f"{found}{after}" if found else ""
+
+    def line(self, address: int | None) -> dict[str, str]:
+        return self._places.line(address) if self._places is not None else {}
 
 
 def _shown(line: LabLine) -> str:
@@ -144,8 +151,14 @@ def _exclusive_or(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]
 def _numbers(board: Board, lines: Sequence[LabLine], where: _Where) -> Iterator[Diagnosis]:
     """Yield hints about wrong numbers. Omit groups that are computed from a wrong group."""
     wrong: set[str] = set()
+    for pair in combinations((ACC, GYR, MAG), 2):
+        swap = exchanged(lines, *pair)
+        if swap is not None:
+            wrong.update(one.label for one in pair)
+            yield _of_numbers(swap, pair, where, where.called(_READ), swap.sentences)
+            break
     for group in _GROUPS:
-        if _rests_on(group) & wrong:
+        if group.label in wrong or _rests_on(group) & wrong:
             continue
         found = _hint(board, lines, group)
         if found is None and group is YAW:
@@ -153,22 +166,32 @@ def _numbers(board: Board, lines: Sequence[LabLine], where: _Where) -> Iterator[
         if found is None:
             continue
         wrong.add(group.label if group not in (TILT, YAW) else group.fields[0])
-        truth = ", ".join(
-            f"{name} {_number(one.middle)}"
-            for name, one in found.line.truth.items()
-            if name in group.fields or group.fields[0] not in found.line.truth
-        )
         sentences = _full_scale(board, group, found.factor) or found.sentences
-        if any(_READ in one for one in sentences) and (read := where.called(_READ)):
+        if any(_READ in one for one in sentences) and (read := where.place(where.called(_READ))):
             call = re.compile(rf"({_READ}\([^)]*\))")
             sentences = tuple(call.sub(rf"\1 in {read}", one) for one in sentences)
-        if any(_DIVISION in one for one in sentences) and (power := where.defined("getAltitude")):
+        if any(_DIVISION in one for one in sentences) and (
+            power := where.place(where.defined("getAltitude"))
+        ):
             sentences = tuple(one.replace(_DIVISION, f"{_DIVISION} in {power}") for one in sentences)
-        unit = MAG.unit if found.line.label == MAG.label else group.unit
-        details = _shown(found.line), f"The truth is {truth} {unit}.", *sentences
-        summary = f"{where.printed(found.line)}{found.summary}"
-        data = {"fields": ", ".join(group.fields)}
-        yield Diagnosis("numbers", summary, details, fatal=False, data=data)
+        yield _of_numbers(found, (group,), where, where.printed(found.line), sentences)
+
+
+def _of_numbers(
+    found: Hint, groups: Sequence[Group], where: _Where, address: int | None, sentences: Iterable[str]
+) -> Diagnosis:
+    """Return the diagnosis of wrong numbers of groups. ``address``: the instruction that it names."""
+    group = groups[0]
+    truth = ", ".join(
+        f"{name} {_number(one.middle)}"
+        for name, one in found.line.truth.items()
+        if name in group.fields or group.fields[0] not in found.line.truth
+    )
+    unit = MAG.unit if found.line.label == MAG.label else group.unit
+    details = _shown(found.line), f"The truth is {truth} {unit}.", *sentences
+    summary = f"{where.place(address, ': ')}{found.summary}"
+    fields = ", ".join(name for one in groups for name in one.fields)
+    return Diagnosis("numbers", summary, details, fatal=False, data={"fields": fields, **where.line(address)})
 
 
 def _hint(board: Board, lines: Sequence[LabLine], group: Group) -> Hint | None:
@@ -206,7 +229,8 @@ def _beyond_a_half_turn(lines: Sequence[LabLine], where: _Where) -> Iterator[Dia
     else:
         likely = "Likely the wrap is wrong: subtract 360 above 180 degrees, add 360 below -180, nothing else."
     details = _shown(bad[-1]), "atan2 returns -180 to 180 degrees, like the yaw of the slides.", likely
-    yield Diagnosis("numbers", f"{where.printed(bad[-1])}Yaw is beyond 180 degrees", details, fatal=False)
+    place = where.place(where.printed(bad[-1]), ": ")
+    yield Diagnosis("numbers", f"{place}Yaw is beyond 180 degrees", details, fatal=False)
 
 
 def _number(value: float) -> str:
@@ -264,7 +288,7 @@ def _not_a_number(board: Board, lines: Sequence[LabLine], where: _Where) -> Iter
             )
         sentences.append("0 / 0 and the root or logarithm of a negative number are nan; x / 0 is inf.")
         what = "nan" if "nan" in bad[-1].text else "inf"
-        summary = f"{where.printed(bad[-1])}{what} is printed, which is not a number"
+        summary = f"{where.place(where.printed(bad[-1]), ': ')}{what} is printed, which is not a number"
         yield Diagnosis("numbers", summary, tuple(sentences), fatal=False)
 
 
@@ -281,10 +305,10 @@ def _misprinted_ints(lines: Sequence[LabLine], where: _Where) -> Iterator[Diagno
             ):
                 wrong.append(line)
         if len(wrong) >= 2 and len(wrong) == len(printed):
-            name = group.label[:3]
+            name, place = group.label[:3], where.place(where.printed(wrong[-1]), ": ")
             yield Diagnosis(
                 "printing",
-                f"{where.printed(wrong[-1])}likely %f for an int: {name} is printed with a decimal point and is wrong",
+                f"{place}likely %f for an int: {name} is printed with a decimal point and is wrong",
                 (
                     _shown(wrong[-1]),
                     "%f reads the bits of two ints as a double; print int32_t with %d.",

@@ -102,10 +102,23 @@ def shows_another(lines: Sequence[LabLine], group: Group, others: Sequence[Group
             name, what = group.label[:3], other.label[:3]
             sentences = (
                 f"Check whether the line of {name} prints the variable of {what}.",
-                "Or arguments are exchanged: ReadSensorRawData(&acc, &gyro, &mag, &press).",
+                "Or arguments are exchanged: the lab calls ReadSensorRawData(&acc, &gyro, &mag, &press).",
             )
             return Hint(f"{name} shows the numbers of {what}", sentences, wrong[-1].seen)
     return None
+
+
+def exchanged(lines: Sequence[LabLine], group: Group, other: Group) -> Hint | None:
+    """Return a hint if each of two vectors shows the other sensor's numbers."""
+    found = shows_another(lines, group, (other,))
+    if found is None or shows_another(lines, other, (group,)) is None:
+        return None
+    name, what = group.label[:3], other.label[:3]
+    sentences = (
+        "The lab calls ReadSensorRawData(&acc, &gyro, &mag, &press).",
+        f"If this call is correct, check the variables in the lines that print {name} and {what}.",
+    )
+    return Hint(f"the numbers of {name} and {what} are exchanged", sentences, found.line)
 
 
 _FEW_PAIRS = 4

@@ -323,6 +323,14 @@ class _Screen:
         causes = (cause for run in self._failed_runs(name) for cause in (*_stop(run), *run.causes))
         return relevant_causes(causes, self._not_passed(name))
 
+    def _first_fix(self, name: str, causes: Sequence[DiagnosedCause]) -> str:
+        for one in causes:
+            if "line" in one.data:
+                return f"Fix the problem in {one.data['file']}:{one.data['line']}, then check again."
+        if len(causes or self._not_passed(name)) == 1:
+            return "Fix the problem above, then check again."
+        return "Fix the problems above, starting with the first, then check again."
+
     def _not_passed(self, name: str) -> list[CheckResult]:
         return [one for one in self._verdict.of(name) if one.max_points and one.outcome != "passed"]
 
@@ -413,8 +421,7 @@ class _Screen:
         advice = self._rubric.exercise(name).next
         causes = self._causes(name)
         if causes or not advice or self._is_written(name, advice):
-            places = (f"{one.data['file']}:{one.data['line']}" for one in causes if "line" in one.data)
-            advice = f"Fix the problems above, starting with {next(places, 'the first')}, then check again."
+            advice = self._first_fix(name, causes)
         yield paint("Next", "heading")
         yield from wrapped(f"  {advice}", hang=0)
         commands = [(f"{again} --exercise {name}{seed}", "check again")]

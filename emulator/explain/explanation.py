@@ -188,7 +188,8 @@ class _Explainer:
         place = self._place(site)
         if place and mistake.is_later and isinstance(mistake.computed, Number):
             place, site = f"before {place}", None
-        if step == output.step and isinstance(mistake.computed, Name):
+        is_printed = step == output.step and isinstance(mistake.computed, Name)
+        if is_printed:
             summary = f"{place}{computed} is printed in place of {step}"
         elif _is_other_value(mistake):
             summary = f"{place}{computed} is used in place of {step}"
@@ -200,7 +201,7 @@ class _Explainer:
         details = (
             *self._quoted(site),
             f"The lab has {step} = {text(mistake.formula)}.",
-            *self._part(mistake, place),
+            *(() if is_printed else self._part(mistake, place)),
             (
                 f"At {attitude} the program computes {_number(mistake.actual[pose])} in place of "
                 f"{_number(mistake.expected[pose])}."
@@ -258,26 +259,30 @@ class _Explainer:
         symbols, site = self._image.symbols, self._state_site(state)
         place = self._place(site)
         quoted = list(self._quoted(site))
+        where = self._places.line(site)
+        wanted = f"The lab sets {state.step} to {right.assigned} if {right.compared} {right.operator} {right.limit}."
         if rule == right:
             line = symbols.definition_of_variable(state.address) if symbols is not None else None
             place = f"{line}: " if line is not None else ""
+            where = line.data() if line is not None else {}
             quoted = list(filter(None, (source_text(self._image, line),)))
-            beyond = "exceeds" if right.operator == ">" else "falls below"
-            summary = f"{place}{state.variable} begins at {_number(right.initial)}, which {right.compared} never {beyond}"
+            never, beyond = ("exceeds", "below") if right.operator == ">" else ("falls below", "above")
+            summary = f"{place}{state.variable} begins at {_number(right.initial)}, which {right.compared} never {never}"
+            wanted = f"Set {state.variable} to the first sample, or initialize it to a number {beyond} every sample."
         elif rule is None:
             summary = f"{place}{state.variable} is not the {_EXTREME[right.operator]} {right.compared} so far"
         else:
             summary = f"{place}{state.variable} is set to {rule.assigned} if {rule.compared} {rule.operator} {rule.limit}"
         details = (
             *quoted,
-            f"The lab sets {state.step} to {right.assigned} if {right.compared} {right.operator} {right.limit}.",
+            wanted,
             f"After some motion {state.step} is {_number(state.actual[-1])} in place of {_number(state.expected[-1])}.",
         )
         data = {
             "step": state.step,
             "variable": state.variable,
             "fields": output.field,
-            **self._places.line(site),
+            **where,
         }
         return Explanation(
             output.check, state, Diagnosis("formula", summary, details, fatal=False, data=data)

@@ -179,6 +179,8 @@ class Compiled:
             try:
                 find(self._names[name])
             except SymbolError as problem:
+                if problem.kind == "removed":
+                    return str(problem)
                 return (
                     f"{problem}; if the function has another name, use Compiled(..., names={{{name!r}: ...}})"
                 )

@@ -56,7 +56,7 @@ class Places:
     def line(self, address: int | None) -> dict[str, str]:
         """Return ``file`` and ``line`` of an instruction for a diagnosis' data; {} if they are unknown."""
         found = self._symbols.line_at(address) if self._symbols and address is not None else None
-        return {"file": found.file, "line": str(found.line)} if found else {}
+        return found.data() if found else {}
 
     def variable(self, address: int) -> str:
         symbol = self._symbols.object_at(address) if self._symbols else None

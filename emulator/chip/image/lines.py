@@ -25,6 +25,10 @@ class SourceLine(NamedTuple):
         """The file's name without folders."""
         return self.path.replace("\\", "/").rpartition("/")[2]
 
+    def data(self) -> dict[str, str]:
+        """Return ``file`` and ``line`` for the data of a diagnosis."""
+        return {"file": self.file, "line": str(self.line)}
+
     def __str__(self) -> str:
         return f"{self.file}:{self.line}"
 

@@ -300,6 +300,10 @@ class Symbols:
 
     def _symbol(self, name: str) -> Symbol:
         found = self._table.named(name) if self._table else []
+        if not found and self._is_removed(name):
+            raise SymbolError(
+                f"the linker has removed {name}(), because the program does not call it", kind="removed"
+            )
         if not found:
             near = get_close_matches(name, self._table.names() if self._table else [], 1)
             known = f"; did you mean {near[0]!r}?" if near else ""
@@ -310,6 +314,10 @@ class Symbols:
                 f"{name!r} is static {len(found)} times ({files}); rename one of them", kind="ambiguous_name"
             )
         return found[0]
+
+    def _is_removed(self, name: str) -> bool:
+        definition = self.definition(name)
+        return definition is not None and not definition.is_inlined and definition.address is None
 
     def _type(self, address: int) -> CType:
         if self._variables is None:
