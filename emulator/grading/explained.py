@@ -131,7 +131,8 @@ def _with_causes(
 ) -> RunEvidence:
     """Return the evidence with missing calls and wrong formulas first.
 
-    A missing call or a formula replaces the causes that only compare the same numbers with the truth.
+    A missing call or a formula of any run replaces the causes that only compare the same numbers with
+    the truth.
     """
     from fcu_emulator.emulator.explain.explanation import first_of
 
@@ -139,7 +140,7 @@ def _with_causes(
     calls = [one for names, one in missing if any(name.startswith(exercises) for name in names)]
     checks = {output.check for output in outputs}
     formulas = first_of([one for one in found if one.check in checks])
-    explained = [*calls, *(one.diagnosis for one in found)]
+    explained = [*(one for _, one in missing), *(one.diagnosis for one in found)]
     others = without_explained(evidence.causes, explained)
     return evidence.model_copy(update={"causes": (*map(cause_of, (*calls, *formulas)), *others)})
 

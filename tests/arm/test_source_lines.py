@@ -88,6 +88,15 @@ def test_function_that_is_not_called_is_named(function: str, optimisation: str, 
     assert f"{function}()" in causes[0].summary
 
 
+def test_missing_call_is_the_only_cause(folder: Path) -> None:
+    elf = build(Program("uncalled", "", (Change("main.c", "  eCompass();\n", ""),)), "Og", folder)
+    verdict = judge(
+        elf, load_rubric("lab3"), seed=1, exercises=("1", "3")
+    )  # exercise 1 prints the angles, too
+
+    assert {one.kind for run in verdict.evidence for one in run.causes} == {"call"}
+
+
 def test_error_in_explanation_does_not_prevent_verdict(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_arguments: object) -> None:
         raise ZeroDivisionError("nothing to divide")
