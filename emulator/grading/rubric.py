@@ -287,7 +287,7 @@ class Rubric:
         named = table.get("scenario")
         if named is None:
             for key in sorted(_NOT_OF_A_RUN & table.keys()):
-                problem = "must not be a key of a run; write it in the rubric or its checks"
+                problem = "must not be a key of a run; write this key in the rubric or in a check"
                 raise RubricError(self.file, f"run.{run}.{key}", problem, kind="misplaced_key")
             try:
                 return scenario_of({"schema": 1, "question": run, **table}, self.path, name=run, seed=seed)

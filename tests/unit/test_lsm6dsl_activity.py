@@ -62,7 +62,7 @@ def samples_seen(bench: Bench, register: int, flag: int, until_ps: int, step_ps:
 
 
 @pytest.mark.parametrize(("code", "samples"), [(0, 16), (1, 512), (2, 1024), (15, 7680)])
-def test_sleep_starts_after_its_duration(code: int, samples: int) -> None:
+def test_sleep_starts_after_configured_inactivity(code: int, samples: int) -> None:
     """The duration is 16/ODR, or 512/ODR per LSB, from the first sample at rest."""
     bench = Bench([STILL], THRESHOLD, (WAKE_UP_DUR, code), (TAP_CFG, ENABLE | INACT_XL_ONLY))
 

@@ -129,7 +129,7 @@ void poll_skip_log_store(Chip *chip, uint32_t address, uint32_t old);
 typedef struct {
   struct {
     uint32_t address;
-    uint16_t period; /* instructions of an iteration; 0: unknown */
+    uint16_t period; /* number of instructions in an iteration, or 0 if unknown */
     uint16_t misses; /* consecutive iterations that did not repeat the state */
   } loops[IDLE_SKIP_SLOTS];
   int64_t check_interval;
