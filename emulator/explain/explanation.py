@@ -103,16 +103,22 @@ class _Explainer:
         self._search = ValueSearch(probed.logs)
         self._places = Places(probe.image)
         self._best: dict[tuple[int, ...], Alignment] = {}
+        self._mistaken: list[Alignment] = []
+        """The formulas with the mistakes of earlier outputs."""
 
     def explain(self, output: ShownNumber) -> Iterator[Explanation]:
-        """Yield the mistakes in an output. Yield nothing if it is correct, constant or not printed."""
+        """Yield the mistakes in an output that no earlier output has.
+
+        Yield nothing if the output is correct, constant or not printed.
+        """
         printed, line = self._printed(output)
         if printed is None:
             return
         right = [one for one in self._arithmetic.alternatives if output.check not in one.not_for]
         used = self._used(right)
         main = self._alignment(self._arithmetic.formulas)
-        if used.agrees(output.step, printed) or main.agrees(output.step, printed):
+        known = (used, main, *self._mistaken)
+        if any(one.agrees(output.step, printed) for one in known):
             return
         states = [one for one in self._wrong_states if main.needs(output.step, one.step)]
         if states:
@@ -127,6 +133,8 @@ class _Explainer:
         for alignment in (used, main) if used.formulas != main.formulas else (main,):
             mistakes = alignment.mistakes(output.step, printed)
             if mistakes:
+                computed = {one.step: one.computed for one in mistakes}
+                self._mistaken.append(self._alignment({**alignment.formulas, **computed}))
                 yield from (self._explanation(output, one, line) for one in mistakes)
                 return
 
