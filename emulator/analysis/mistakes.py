@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import combinations
 from typing import Protocol, TypeVar
 
 from fcu_emulator.emulator.analysis.calibration import calibration_hint
@@ -21,7 +20,6 @@ from fcu_emulator.emulator.analysis.numbers import (
     Group,
     Hint,
     always_0,
-    exchanged,
     hint,
     is_far_off,
     shows_another,
@@ -115,10 +113,13 @@ class _Where:
                 return call[0]
         return None
 
-    def place(self, address: int | None, after: str = "") -> str:
-        """Return a place such as ``main(), main.c:93``, and ``after``; an empty string without an address."""
-        found = self._places.place(address) if self._places is not None and address is not None else ""
-        return f"{found}{after}" if found else ""
+    def place(self, address: int | None) -> str:
+        """Return a place such as ``main(), main.c:93``, or an empty string without an address."""
+        return self._places.place(address) if self._places is not None and address is not None else ""
+
+    def prefix(self, address: int | None) -> str:
+        """Return the place with a colon, as the beginning of a summary."""
+        return self._places.prefix(address) if self._places is not None else ""
 
     def line(self, address: int | None) -> dict[str, str]:
         return self._places.line(address) if self._places is not None else {}
@@ -151,12 +152,6 @@ def _exclusive_or(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]
 def _numbers(board: Board, lines: Sequence[LabLine], where: _Where) -> Iterator[Diagnosis]:
     """Yield hints about wrong numbers. Omit groups that are computed from a wrong group."""
     wrong: set[str] = set()
-    for pair in combinations((ACC, GYR, MAG), 2):
-        swap = exchanged(lines, *pair)
-        if swap is not None:
-            wrong.update(one.label for one in pair)
-            yield _of_numbers(swap, pair, where, where.called(_READ), swap.sentences)
-            break
     for group in _GROUPS:
         if group.label in wrong or _rests_on(group) & wrong:
             continue
@@ -166,6 +161,11 @@ def _numbers(board: Board, lines: Sequence[LabLine], where: _Where) -> Iterator[
         if found is None:
             continue
         wrong.add(group.label if group not in (TILT, YAW) else group.fields[0])
+        if found.exchanged_with is not None:
+            wrong.add(found.exchanged_with.label)
+            both = group, found.exchanged_with
+            yield _of_numbers(found, both, where, where.called(_READ), found.sentences)
+            continue
         sentences = _full_scale(board, group, found.factor) or found.sentences
         if any(_READ in one for one in sentences) and (read := where.place(where.called(_READ))):
             call = re.compile(rf"({_READ}\([^)]*\))")
@@ -189,7 +189,7 @@ def _of_numbers(
     )
     unit = MAG.unit if found.line.label == MAG.label else group.unit
     details = _shown(found.line), f"The truth is {truth} {unit}.", *sentences
-    summary = f"{where.place(address, ': ')}{found.summary}"
+    summary = f"{where.prefix(address)}{found.summary}"
     fields = ", ".join(name for one in groups for name in one.fields)
     return Diagnosis("numbers", summary, details, fatal=False, data={"fields": fields, **where.line(address)})
 
@@ -229,7 +229,7 @@ def _beyond_a_half_turn(lines: Sequence[LabLine], where: _Where) -> Iterator[Dia
     else:
         likely = "Likely the wrap is wrong: subtract 360 above 180 degrees, add 360 below -180, nothing else."
     details = _shown(bad[-1]), "atan2 returns -180 to 180 degrees, like the yaw of the slides.", likely
-    place = where.place(where.printed(bad[-1]), ": ")
+    place = where.prefix(where.printed(bad[-1]))
     yield Diagnosis("numbers", f"{place}Yaw is beyond 180 degrees", details, fatal=False)
 
 
@@ -288,7 +288,7 @@ def _not_a_number(board: Board, lines: Sequence[LabLine], where: _Where) -> Iter
             )
         sentences.append("0 / 0 and the root or logarithm of a negative number are nan; x / 0 is inf.")
         what = "nan" if "nan" in bad[-1].text else "inf"
-        summary = f"{where.place(where.printed(bad[-1]), ': ')}{what} is printed, which is not a number"
+        summary = f"{where.prefix(where.printed(bad[-1]))}{what} is printed, which is not a number"
         yield Diagnosis("numbers", summary, tuple(sentences), fatal=False)
 
 
@@ -305,7 +305,7 @@ def _misprinted_ints(lines: Sequence[LabLine], where: _Where) -> Iterator[Diagno
             ):
                 wrong.append(line)
         if len(wrong) >= 2 and len(wrong) == len(printed):
-            name, place = group.label[:3], where.place(where.printed(wrong[-1]), ": ")
+            name, place = group.label[:3], where.prefix(where.printed(wrong[-1]))
             yield Diagnosis(
                 "printing",
                 f"{place}likely %f for an int: {name} is printed with a decimal point and is wrong",

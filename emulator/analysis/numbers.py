@@ -27,6 +27,8 @@ class Hint(NamedTuple):
     line: LabLine
     factor: float = 0.0
     """Ratio of the printed value to the truth, if a factor is the only mistake."""
+    exchanged_with: Group | None = None
+    """The sensor that shows the numbers of the hint's sensor, if two sensors are exchanged."""
 
 
 Distance: TypeAlias = Callable[[Sequence[float], Sequence[ValueRange]], float]
@@ -93,32 +95,34 @@ def _shows_factor(row: _Row, group: Group) -> bool:
 
 
 def shows_another(lines: Sequence[LabLine], group: Group, others: Sequence[Group]) -> Hint | None:
-    """Return a hint if a vector shows another sensor's numbers."""
+    """Return a hint if a vector shows another sensor's numbers, or if two vectors are exchanged."""
     for other in others:
-        pairs = list(_pairs(lines, group, other))
-        wrong = [one for one, _ in pairs if _plain(one.values, one.truth) > min(group.far, other.far)]
-        fitting = sum(_plain(one.values, two.truth) <= other.far / 2 for one, two in pairs)
-        if len(pairs) >= _FEW_PAIRS and len(wrong) >= _FEWEST and fitting >= _SHARE * len(pairs):
-            name, what = group.label[:3], other.label[:3]
+        wrong = _rows_of_another(lines, group, other)
+        if not wrong:
+            continue
+        name, what = group.label[:3], other.label[:3]
+        if _rows_of_another(lines, other, group):
             sentences = (
-                f"Check whether the line of {name} prints the variable of {what}.",
-                "Or arguments are exchanged: the lab calls ReadSensorRawData(&acc, &gyro, &mag, &press).",
+                "The lab calls ReadSensorRawData(&acc, &gyro, &mag, &press).",
+                f"If this call is correct, check the variables in the lines that print {name} and {what}.",
             )
-            return Hint(f"{name} shows the numbers of {what}", sentences, wrong[-1].seen)
+            summary = f"the numbers of {name} and {what} are exchanged"
+            return Hint(summary, sentences, wrong[-1].seen, exchanged_with=other)
+        sentences = (
+            f"Check whether the line of {name} prints the variable of {what}.",
+            "Or the arguments of ReadSensorRawData(&acc, &gyro, &mag, &press) are exchanged.",
+        )
+        return Hint(f"{name} shows the numbers of {what}", sentences, wrong[-1].seen)
     return None
 
 
-def exchanged(lines: Sequence[LabLine], group: Group, other: Group) -> Hint | None:
-    """Return a hint if each of two vectors shows the other sensor's numbers."""
-    found = shows_another(lines, group, (other,))
-    if found is None or shows_another(lines, other, (group,)) is None:
-        return None
-    name, what = group.label[:3], other.label[:3]
-    sentences = (
-        "The lab calls ReadSensorRawData(&acc, &gyro, &mag, &press).",
-        f"If this call is correct, check the variables in the lines that print {name} and {what}.",
-    )
-    return Hint(f"the numbers of {name} and {what} are exchanged", sentences, found.line)
+def _rows_of_another(lines: Sequence[LabLine], group: Group, other: Group) -> list[_Row]:
+    """Return the wrong rows of a vector if nearly all rows fit the other sensor; otherwise []."""
+    pairs = list(_pairs(lines, group, other))
+    wrong = [one for one, _ in pairs if _plain(one.values, one.truth) > min(group.far, other.far)]
+    fitting = sum(_plain(one.values, two.truth) <= other.far / 2 for one, two in pairs)
+    is_other = len(pairs) >= _FEW_PAIRS and len(wrong) >= _FEWEST and fitting >= _SHARE * len(pairs)
+    return wrong if is_other else []
 
 
 _FEW_PAIRS = 4

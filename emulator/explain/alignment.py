@@ -216,7 +216,7 @@ class Alignment:
     def _suspects(self, formulas: Formulas, output: str, values: Mapping[str, Samples]) -> list[str]:
         """Return the steps that the firmware does not seem to compute, in order.
 
-        A step counts as computed if an instruction computes it, or computes a step that needs it.
+        A step counts as computed if an instruction computes this step or a later step that depends on this step.
         """
         chain = _in_order(formulas, output)
         right: set[str] = set()

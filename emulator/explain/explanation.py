@@ -193,7 +193,7 @@ class _Explainer:
     def _explanation(self, output: ShownNumber, mistake: Mistake, line: str) -> Explanation:
         step, computed = mistake.step, text(mistake.computed)
         site = self._site(mistake, output, line)
-        place = self._place(site)
+        place = self._places.prefix(site)
         if place and mistake.is_later and isinstance(mistake.computed, Number):
             place, site = f"before {place}", None
         is_printed = step == output.step and isinstance(mistake.computed, Name)
@@ -225,9 +225,6 @@ class _Explainer:
         return Explanation(
             output.check, mistake, Diagnosis("formula", summary, details, fatal=False, data=data)
         )
-
-    def _place(self, site: int | None) -> str:
-        return f"{self._places.place(site)}: " if site is not None else ""
 
     def _quoted(self, site: int | None) -> Iterator[str]:
         """Yield the source line of an instruction, if its file is beside the ELF file."""
@@ -265,7 +262,7 @@ class _Explainer:
     def _state(self, output: ShownNumber, state: WrongState) -> Explanation:
         right, rule = state.right, state.rule
         symbols, site = self._image.symbols, self._state_site(state)
-        place = self._place(site)
+        place = self._places.prefix(site)
         quoted = list(self._quoted(site))
         where = self._places.line(site)
         wanted = f"The lab sets {state.step} to {right.assigned} if {right.compared} {right.operator} {right.limit}."

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -56,8 +56,6 @@ def _explained(
         for name, one in results.items()
         if one.outcome in ("failed", "partial") and one.visibility == "always"
     }
-    if not failed:
-        return list(evidence)
     outputs: dict[str, list[ShownNumber]] = {}
     for one in evidence:
         kinds = {cause.kind for cause in one.causes}
@@ -80,9 +78,11 @@ def _mistakes(
     rubric: Rubric,
     limits: Limits,
     failed: Collection[str],
-    outputs: Iterable[ShownNumber],
+    outputs: Collection[ShownNumber],
 ) -> tuple[_MissingCalls, Sequence[Explanation]]:
     """Return the missing calls behind failed checks, and the wrong formulas behind the other outputs."""
+    if not failed and not outputs:
+        return [], []
     from fcu_emulator.emulator.explain.explanation import explain_numbers
     from fcu_emulator.emulator.explain.probe import probe
 
@@ -90,7 +90,7 @@ def _mistakes(
     with probe(firmware, limits) as running:
         if running is None:
             return [], []
-        missing = _missing_calls(running.image, rubric, failed)
+        missing = _missing_calls(running.image, rubric, failed) if failed else []
         by_calls = {check for checks, _ in missing for check in checks}
         wanted = [one for one in outputs if one.check not in by_calls]
         return missing, explain_numbers(running, rubric.explain.arithmetic(), wanted) if wanted else []
@@ -101,7 +101,7 @@ def _missing_calls(image: FirmwareImage, rubric: Rubric, failed: Collection[str]
 
     assert rubric.explain is not None
     found = []
-    for call, one in never_called(image, rubric.explain.calls() if failed else ()):
+    for call, one in never_called(image, rubric.explain.calls()):
         wrong = call.checks.intersection(failed)
         if wrong:
             titles = (

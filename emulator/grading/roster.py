@@ -96,14 +96,14 @@ def read_csv(path: Path) -> tuple[str, list[str]]:
     """Return the file's text, and notes for the user. Raises InputError."""
     try:
         if path.exists() and not path.is_file():
-            raise InputError(f"{path}: must be a regular file; give a CSV file with a column id")
+            raise InputError(f"{path}: must be a regular file; give a CSV file that has a column named id")
         with path.open("rb") as file:
             data = file.read(_LARGEST + 1)
     except OSError as error:
-        problem = f"cannot be read: {error.strerror or error}; give a CSV file with a column id"
+        problem = f"cannot be read: {error.strerror or error}; give a CSV file that has a column named id"
         raise InputError(f"{path}: {problem}") from error
     if len(data) > _LARGEST:
-        raise InputError(f"{path}: must have at most {_LARGEST >> 20} MiB; give a CSV file with a column id")
+        raise InputError(f"{path}: must have at most {_LARGEST >> 20} MiB; give a smaller CSV file")
     try:
         return data.decode("utf-8-sig"), []
     except UnicodeDecodeError:
@@ -127,7 +127,7 @@ def _columns(path: Path, header: list[str]) -> dict[str, int]:
     }
     if "id" not in found:
         has = ", ".join(filter(None, names)) or "nothing"
-        problem = f"{path}:1: must have a column id (its columns: {has}); rename one"
+        problem = f"{path}:1: must have a column named id (its columns: {has}); rename one"
         raise InputError(problem, kind="no_id_column")
     return found
 

@@ -270,7 +270,7 @@ class Resources:
         self._elements_left -= elements
         if elements > _MAX_ELEMENTS:
             raise ValueError(
-                f"must have at most {_MAX_ELEMENTS} repeated elements, not as many as {shown(pattern)}"
+                f"a pattern must repeat at most {_MAX_ELEMENTS} elements; {shown(pattern)} repeats more"
             )
         if self._elements_left < 0:
             raise ValueError(

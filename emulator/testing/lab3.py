@@ -179,7 +179,7 @@ class Compiled:
             try:
                 find(self._names[name])
             except SymbolError as problem:
-                if problem.kind == "removed":
+                if problem.kind != "unknown_name":
                     return str(problem)
                 return (
                     f"{problem}; if the function has another name, use Compiled(..., names={{{name!r}: ...}})"

@@ -5,8 +5,8 @@ Samples pass the front end, deviation, noise, self-test, the selected filters an
 Decisions about order and shape of filters (AN5040 3.7): LPF1 at ODR/2, or at 740 Hz outside high performance, precedes
 decimation, and all other filters run at the output rate; low-pass filters start settled, other filters with zero.
 
-Decision: if the event functions' filters are switched on while the accelerometer runs, they start settled on the next
-sample.
+Decision: if the filters of the event functions are switched on while the accelerometer runs, these filters start from
+the next sample as if they had settled on its value.
 
 Decision: after a change of the bandwidth, or of the rate within low power, firmware must discard as many samples as
 after a turn-on (AN5040 3.9).

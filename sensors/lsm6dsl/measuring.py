@@ -210,7 +210,7 @@ def measuring_violations(mem: bytearray) -> dict[tuple[str, str], bool]:
         ("reserved-self-test", "CTRL5_C.ST_G = 10b"): CTRL5_C.ST_G.get(mem[CTRL5_C.addr]) == 2,
         (
             "reference-mode",
-            "CTRL8_XL.HP_REF_MODE without HP_SLOPE_XL_EN = 1 and HPCF_XL above 0",
+            "CTRL8_XL.HP_REF_MODE, which needs HP_SLOPE_XL_EN = 1 and HPCF_XL above 0",
         ): reference_mode_is_idle(mem),
         ("high-pass", "CTRL7_G.HP_EN_G outside high performance"): high_pass_is_idle(mem),
         **{("user-offset", f"{name} = 0x80"): value == _NOT_A_USER_OFFSET for name, value in offsets.items()},

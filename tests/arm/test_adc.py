@@ -155,7 +155,7 @@ def test_dma_reads_each_result_of_scan(chip: Chip, adc: Adc) -> None:
     assert len(taken) == 3
 
 
-def test_without_dds_requests_stop_after_final_transfer(chip: Chip, adc: Adc) -> None:
+def test_requests_stop_after_final_transfer_without_dds(chip: Chip, adc: Adc) -> None:
     """RM0368 11.12.3, DDS. Writing 0 and then 1 to DMA makes requests possible again (11.8.1)."""
     results: list[int] = []
     chip.dma.serve("ADC1", lambda: results.append(adc.read(DR)))

@@ -81,7 +81,7 @@ def test_override_of_exercise_counts_in_total(where: Path) -> None:
     assert "copied" in page(where, "ada")
 
 
-def test_override_of_total_grades_unjudged_submission(where: Path) -> None:
+def test_total_override_gives_unjudged_submission_a_grade(where: Path) -> None:
     grade(where, "--overrides", overrides(where, "eve,total,1,shown in the lab"))
 
     assert rows(where)["eve"]["points"] == "1"

@@ -53,6 +53,10 @@ class Places:
             return f"{function.name}() + 0x{function.offset:X} (0x{address:08X})"
         return f"{function.name}(), {line}"
 
+    def prefix(self, address: int | None) -> str:
+        """Return the place with a colon, as the beginning of a summary; an empty string without an address."""
+        return f"{self.place(address)}: " if address is not None else ""
+
     def line(self, address: int | None) -> dict[str, str]:
         """Return ``file`` and ``line`` of an instruction for a diagnosis' data; {} if they are unknown."""
         found = self._symbols.line_at(address) if self._symbols and address is not None else None

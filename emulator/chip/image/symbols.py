@@ -300,11 +300,11 @@ class Symbols:
 
     def _symbol(self, name: str) -> Symbol:
         found = self._table.named(name) if self._table else []
-        if not found and self._is_removed(name):
-            raise SymbolError(
-                f"the linker has removed {name}(), because the program does not call it", kind="removed"
-            )
         if not found:
+            if self._is_removed(name):
+                raise SymbolError(
+                    f"the linker has removed {name}(), because the program does not call it", kind="removed"
+                )
             near = get_close_matches(name, self._table.names() if self._table else [], 1)
             known = f"; did you mean {near[0]!r}?" if near else ""
             raise SymbolError(f"unknown variable or function {name!r}{known}", kind="unknown_name")

@@ -67,7 +67,10 @@ static void update(ValueLog *log, ValueLogLevel *level, uint32_t first, const ui
     }
   }
   memcpy(registers, current, count * sizeof *current);
-  for (uint32_t index = 0; level->address && index < changes; index++) {
+  if (!level->address) {
+    return;
+  }
+  for (uint32_t index = 0; index < changes; index++) {
     add(log, level->address, level->registers, changed[index]);
   }
 }
