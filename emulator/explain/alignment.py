@@ -8,7 +8,7 @@ register alone proves nothing, because compilers fuse and move operations.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -103,9 +103,17 @@ class Alignment:
         self._tried = 0
         self._dependents: dict[tuple[int, str, str], tuple[Formulas, list[tuple[str, Node]]]] = {}
 
-    def agrees(self, output: str, printed: PrintedNumbers) -> bool:
-        """Return whether the lab's formulas give the printed numbers."""
-        return self._fits(self._values(self.formulas)[output], printed)
+    def agrees(self, output: str, printed: PrintedNumbers, mistakes: Sequence[Mistake] = ()) -> bool:
+        """Return whether the lab's formulas, with these mistakes, give the printed numbers."""
+        values = self._values(self.formulas)
+        if mistakes:
+            computed = {one.step: one.computed for one in mistakes}
+            evaluator = self._evaluator
+            evaluator.values = dict(values)
+            for name, formula in self.formulas.items():
+                evaluator.values[name] = evaluator(computed.get(name, formula))
+            values, evaluator.values = evaluator.values, values
+        return self._fits(values[output], printed)
 
     def computed_steps(self) -> int:
         """Return the number of steps that the firmware computes by these formulas."""
@@ -129,6 +137,22 @@ class Alignment:
         self._tried = 0
         self._dependents.clear()
         return self._explained(self.formulas, output, printed, _MOST_MISTAKES)
+
+    def as_wrong_value(self, mistake: Mistake, output: str, printed: PrintedNumbers) -> Mistake | None:
+        """Return the mistake of another output as one wrong value, if this value also gives the printed numbers.
+
+        Return None if the mistake does not replace one value in a formula.
+        """
+        right, part = _differing_parts(mistake.formula, mistake.computed)
+        if not isinstance(right, Name) or right.name not in _in_order(self.formulas, output):
+            return None
+        name = right.name
+        others = set(names(part)) - {name}
+        if name not in self.formulas or any(name in _in_order(self.formulas, one) for one in others):
+            return None
+        self._values(self.formulas)
+        gives = self._gives(self.formulas, name, part, output, printed)
+        return self._mistake(self.formulas, name, part, output) if gives else None
 
     def difference(self, other: Alignment, output: str) -> Mistake | None:
         """Return the first step with a different formula in ``other``, as a mistake."""
@@ -398,7 +422,7 @@ class Alignment:
         if is_later:
             addresses = self._after(formulas, name, computed, output)
         expected, actual = self._last(right)[0], self._last(samples)[0]
-        part = _different_part(formulas[name], computed)
+        part = _differing_parts(formulas[name], computed)[1]
         return Mistake(
             name,
             formulas[name],
@@ -436,13 +460,13 @@ def _dependents(formulas: Formulas, name: str, output: str) -> list[str]:
     return [one for one in _in_order(formulas, output) if one != name and name in _in_order(formulas, one)]
 
 
-def _different_part(formula: Node, computed: Node) -> Node:
-    """Return the smallest part of ``computed`` that contains all differences from ``formula``."""
+def _differing_parts(formula: Node, computed: Node) -> tuple[Node, Node]:
+    """Return the smallest parts of the two formulas that contain all differences."""
     before, after = children(formula), children(computed)
     if len(before) != len(after) or not before or with_children(formula, after) != computed:
-        return computed
+        return formula, computed
     unlike = [(one, other) for one, other in zip(before, after, strict=True) if one != other]
-    return _different_part(*unlike[0]) if len(unlike) == 1 else computed
+    return _differing_parts(*unlike[0]) if len(unlike) == 1 else (formula, computed)
 
 
 def _in_order(formulas: Formulas, output: str) -> list[str]:

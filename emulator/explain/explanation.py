@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -71,13 +71,15 @@ def explain_numbers(
     probed = probe.run(arithmetic.inputs)
     if probed is None:
         return []
-    found: dict[tuple[str, str], Explanation] = {}
     explainer = _Explainer(probe, probed, arithmetic)
-    for output in outputs:
-        for one in explainer.explain(output):
-            found.setdefault((one.mistake.step, one.diagnosis.summary), one)
+    found = [one for output in outputs for one in explainer.explain(output)]
+    different = {
+        (one.mistake.step, one.diagnosis.summary): one
+        for one in reversed(found)
+        if id(one.mistake) not in explainer.merged
+    }
     order = list(arithmetic.formulas)
-    return sorted(found.values(), key=lambda one: order.index(one.mistake.step))
+    return sorted(different.values(), key=lambda one: order.index(one.mistake.step))
 
 
 def first_of(explanations: Sequence[Explanation]) -> list[Diagnosis]:
@@ -94,6 +96,15 @@ def first_of(explanations: Sequence[Explanation]) -> list[Diagnosis]:
     return [replace(first.diagnosis, details=details, data=data)]
 
 
+class _Mistaken(NamedTuple):
+    """The mistakes in one output, and the formulas that they change."""
+
+    alignment: Alignment
+    mistakes: Sequence[Mistake]
+    output: ShownNumber
+    printed: PrintedNumbers
+
+
 class _Explainer:
     def __init__(self, probe: Probe, probed: Probed, arithmetic: Arithmetic) -> None:
         self._probe = probe
@@ -103,8 +114,9 @@ class _Explainer:
         self._search = ValueSearch(probed.logs)
         self._places = Places(probe.image)
         self._best: dict[tuple[int, ...], Alignment] = {}
-        self._mistaken: list[Alignment] = []
-        """The formulas with the mistakes of earlier outputs."""
+        self._mistaken: list[_Mistaken] = []
+        self.merged: set[int] = set()
+        """Identities of mistakes that are part of a mistake found later."""
 
     def explain(self, output: ShownNumber) -> Iterator[Explanation]:
         """Yield the mistakes in an output that no earlier output has.
@@ -117,8 +129,9 @@ class _Explainer:
         right = [one for one in self._arithmetic.alternatives if output.check not in one.not_for]
         used = self._used(right)
         main = self._alignment(self._arithmetic.formulas)
-        known = (used, main, *self._mistaken)
-        if any(one.agrees(output.step, printed) for one in known):
+        if any(one.agrees(output.step, printed) for one in (used, main)):
+            return
+        if any(one.alignment.agrees(output.step, printed, one.mistakes) for one in self._mistaken):
             return
         states = [one for one in self._wrong_states if main.needs(output.step, one.step)]
         if states:
@@ -131,12 +144,22 @@ class _Explainer:
                 yield self._explanation(output, mistake, line)
             return
         for alignment in (used, main) if used.formulas != main.formulas else (main,):
-            mistakes = alignment.mistakes(output.step, printed)
+            mistakes = self._common(alignment, output, printed) or alignment.mistakes(output.step, printed)
             if mistakes:
-                computed = {one.step: one.computed for one in mistakes}
-                self._mistaken.append(self._alignment({**alignment.formulas, **computed}))
+                self._mistaken.append(_Mistaken(alignment, mistakes, output, printed))
                 yield from (self._explanation(output, one, line) for one in mistakes)
                 return
+
+    def _common(self, alignment: Alignment, output: ShownNumber, printed: PrintedNumbers) -> list[Mistake]:
+        """Return the wrong value that explains this output and an earlier output, or []."""
+        for earlier in self._mistaken:
+            if len(earlier.mistakes) == 1:
+                mistake = alignment.as_wrong_value(earlier.mistakes[0], output.step, printed)
+                if mistake is not None:
+                    if alignment.agrees(earlier.output.step, earlier.printed, [mistake]):
+                        self.merged.add(id(earlier.mistakes[0]))
+                    return [mistake]
+        return []
 
     def _used(self, alternatives: Sequence[Alternative]) -> Alignment:
         """Return the formulas. Use an alternative if the firmware then computes more of the steps."""

@@ -6,6 +6,7 @@ are equal in all poses. The first poses only set the largest and smallest value 
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -53,7 +54,7 @@ _TEMPERATURE_DEGC: Final = 23.5
 _START_UP_S: Final = 0.002
 """Time after which the start-up code has initialized the variables."""
 _START_S: Final = 2.3
-"""Time after which the firmware has begun to read the sensors."""
+"""Longest time until the firmware reads all inputs again and again."""
 _SETTLE_S: Final = 0.2
 """Time to settle, enough for two samples of a sensor at 10 Hz."""
 _WORD, _PC = 4, 15
@@ -115,9 +116,8 @@ class Probe:
         board = self._board
         read: dict[str, list[float]] = {name: [] for name in inputs}
         logs, lines = list[Values](), list[list[str]]()
-        seen: _Bytes = {}
         memory = [self._start()]
-        _watched_run(board, seen, _START_S)
+        seen = self._run_until_read(inputs.values())
         self._started = board.snapshot()
         log = ValueLog(self._core, own_code(self.image))
         for pose in (*PAST, *POSES):
@@ -134,6 +134,20 @@ class Probe:
                 logs.append(log.take())
                 lines.append(_complete_lines(board, printed))
         return Probed({name: np.array(every) for name, every in read.items()}, logs, lines, memory)
+
+    def _run_until_read(self, inputs: Collection[InputRegister]) -> _Bytes:
+        """Run the board until the firmware has read all inputs and repeats its reads, or for the longest time."""
+        seen: _Bytes = {}
+        before: _Bytes = {}
+        for _ in range(round(_START_S / _PIECE_S)):
+            piece: _Bytes = {}
+            _watched_run(self._board, piece, _PIECE_S)
+            seen.update(piece)
+            repeats = piece.keys() == before.keys()
+            if piece and repeats and not any(math.isnan(_number(seen, one)) for one in inputs):
+                break
+            before = piece
+        return seen
 
     def _start(self) -> bytes:
         """Prepare the world, run the start-up code, and return the contents of the RAM."""

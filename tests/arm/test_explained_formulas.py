@@ -83,6 +83,15 @@ def test_wrong_formula_is_named_at_its_line(name: str, optimisation: str, folder
     assert abs(int(place[1]) - line) <= WITHIN
 
 
+@needs_compiler
+@pytest.mark.parametrize("optimisation", ["O0", "O2"])
+def test_wrong_value_of_several_angles_is_one_mistake(optimisation: str, folder: Path) -> None:
+    change = Change("main.c", "float gx = acc.AXIS_X", "float gx = 2 * acc.AXIS_X")
+    found = explained(build(Program("wrong_value", "", (change,)), optimisation, folder))
+
+    assert [(one.mistake.step, text(one.mistake.computed)) for one in found] == [("acc_x", "acc_x*2")]
+
+
 @pytest.mark.parametrize("firmware", ["solution"])
 def test_shipped_solution_is_not_explained(firmware: str) -> None:
     assert explained(firmware) == []
