@@ -57,6 +57,8 @@ _START_S: Final = 2.3
 """Longest time until the firmware reads all inputs again and again."""
 _SETTLE_S: Final = 0.2
 """Time to settle, enough for two samples of a sensor at 10 Hz."""
+_USED_S: Final = 0.1
+"""Time to use variables, one sample of a sensor at 10 Hz."""
 _WORD, _PC = 4, 15
 _READ_S: Final = 0.1
 """Time for reads, longer than the time between two reads of the slowest sensor."""
@@ -174,7 +176,7 @@ class Probe:
         with suppress(FirmwareError):
             for pose in (*PAST, *POSES):
                 _put(self._board, pose)
-                self._board.run_for(_SETTLE_S)
+                self._board.run_for(_USED_S)
         self._core.unwatch_memory()
         return uses
 
