@@ -28,7 +28,7 @@ def calibration_hint(lines: Sequence[LabLine], iron_mgauss: Numbers) -> Hint | N
         return None
     summary, advice = _cause(constant, iron_mgauss, radius, off)
     shown = (
-        f"The printed MAG is off by {_vector(constant)} mgauss; the board's hard iron is {_vector(iron_mgauss)}.",
+        f"The printed MAG is wrong by {_vector(constant)} mgauss; the board's hard iron is {_vector(iron_mgauss)}.",
     )
     return Hint(summary, (*shown, advice), line)
 
@@ -61,16 +61,16 @@ def _cause(constant: Numbers, iron: Numbers, radius: float, off: NDArray[np.bool
     from_zero = (iron + np.sign(iron) * radius) / 2
     if outside.any() and _alike(centre[outside], from_zero[outside]):
         return (
-            "MAG is off by a constant, as if a minimum or maximum began at 0",
+            "MAG is wrong by a constant, as if a minimum or maximum began at 0",
             "Let mag_min begin at 10000 and mag_max at -10000, so that the first sample replaces both.",
         )
     if _alike(np.abs(centre), np.full(3, radius)):
         return (
-            "MAG is off by half of its range",
+            "MAG is wrong by half of its range",
             "Likely (max - min) / 2 is subtracted: the middle is (max + min) / 2.",
         )
     return (
-        f"MAG is off by a constant on {names} after the board was turned",
+        f"MAG is wrong by a constant on {names} after the board was turned",
         f"Subtract the middle of each axis: {_SUBTRACT}",
     )
 

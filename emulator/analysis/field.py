@@ -90,7 +90,7 @@ def _of_axes(rows: _Rows) -> Hint | None:
         ends = rows.low[:, order] * signs, rows.high[:, order] * signs
         if rows.residual(np.minimum(*ends), np.maximum(*ends)) <= MAG.far / 2:
             look = (
-                "Each axis may be off by a constant, the board's hard iron.",
+                "Each axis may be wrong by a constant, the board's hard iron.",
                 "The board has X right, Y forward, Z up: X = -raw.Y, Y = raw.X, Z = raw.Z of the sensors.",
             )
             return Hint(f"MAG has {axes_in_words(order, signs)}", look, rows.seen[-1])
@@ -107,7 +107,7 @@ def _of_factor(rows: _Rows) -> Hint | None:
     if rows.residual(rows.low * factor, rows.high * factor) > MAG.far / 2 * max(factor, 0.5):
         return None
     look = (
-        "Each axis may be off by a constant, the board's hard iron; the changes are wrong by this factor.",
+        "Each axis may be wrong by a constant, the board's hard iron; the changes are wrong by this factor.",
         "Check the factor between the raw value and the unit: the LIS2MDL has 1.5 mgauss/LSB.",
     )
     return Hint(f"MAG changes {factor:.3g} times as much as the truth", look, rows.seen[-1], factor)

@@ -225,7 +225,7 @@ def _beyond_a_half_turn(lines: Sequence[LabLine], where: _Where) -> Iterator[Dia
     ]
     right = sum(one < YAW.far for one in apart) >= len(bad) / 2
     if right:
-        likely = "The yaw is off by a full turn: remove the code that makes negative angles positive."
+        likely = "The yaw is wrong by a full turn: remove the code that makes negative angles positive."
     else:
         likely = "Likely the wrap is wrong: subtract 360 above 180 degrees, add 360 below -180, nothing else."
     details = _shown(bad[-1]), "atan2 returns -180 to 180 degrees, like the yaw of the slides.", likely

@@ -225,7 +225,7 @@ def _of_vector(group: Group, rows: Sequence[_Row]) -> Iterator[Change]:
                     for value, one in zip(values, truth, strict=True)
                 )
             ),
-            f"{name} is off by multiples of 65536: a value does not fit into 16 bits",
+            f"{name} is wrong by multiples of 65536: a value does not fit into 16 bits",
             (
                 "An int16_t holds -32768 to 32767, and 33 dps are 33000 mdps.",
                 "Use int32_t wherever the number is computed or stored; AxesRaw_TypeDef has int32_t.",

@@ -229,7 +229,9 @@ class LimitedRun:
         if self._core.work > limits.work_until(at_ps):
             time_s = f"{self._clock.now_ps / PS_PER_S:.3g} s of virtual time"
             limit = f"work_per_s is {limits.work_per_s:,}"
-            raise LimitError("work_per_s", f"too slow: {costliest(self._core)} in {time_s} ({limit})")
+            raise LimitError(
+                "work_per_s", f"too much work for the emulator: {costliest(self._core)} in {time_s} ({limit})"
+            )
         if self._core.retired > limits.instructions:
             raise LimitError("instructions", f"it has executed more than {limits.instructions} instructions")
         limits.check_printed(self._uart.received_count())

@@ -99,7 +99,7 @@ class Condition(Table):
         if self.led is not None:
             return f"{self.led.upper()} is lit"
         if self.beyond is not None:
-            return f"{self.quantity} is beyond {self.beyond:g} to either side"
+            return f"{self.quantity} is above {self.beyond:g} or below {-self.beyond:g}"
         return f"{self.quantity} is {'above' if self.above is not None else 'below'} {self.limit:g}"
 
     def holds(self, value: float) -> bool | None:

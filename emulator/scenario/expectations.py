@@ -45,7 +45,7 @@ from fcu_emulator.emulator.scenario.run_view import (
     TiltSample,
     deviation,
     escaped,
-    nearest_truth,
+    in_the_last,
     same_banner,
     unit_of,
 )
@@ -342,16 +342,14 @@ class ExpectField(_Number):
 
     def describe(self) -> str:
         unit = f" {unit_of(self.name)}" if self.name else ""
-        return f"{self.title} within {self.tolerance:g}{unit} of {self._target()}{self.window_text()}"
+        return f"{self.title} is within {self.tolerance:g}{unit} of {self._target()}{self.window_text()}"
 
     def _target(self) -> str:
         if self.value is not None:
             return f"{self.value:g}"
-        recent = nearest_truth(self.settle) if self.settle else ""
-        if self.truth is True and self.scale == 1:
-            return recent or "the truth"
+        name = "value" if self.truth is True and self.scale == 1 else self.quantity
         scaled = f" times {self.scale:g}" if self.scale != 1 else ""
-        return f"the true {self.quantity}{scaled}" + (f" ({recent})" if recent else "")
+        return f"the true {name}{scaled}" + (f" {in_the_last(self.settle)}" if self.settle else "")
 
     def evaluate(self, run: RunView) -> ExpectationResult:
         """Fail if the number is not printed, or a line has another format."""
@@ -369,26 +367,30 @@ class ExpectField(_Number):
             return self.met()
         wrong.sort(key=lambda one: -abs(one[2]) if math.isfinite(one[2]) else math.inf)
         finite = [one for one in wrong if math.isfinite(one[2])]
-        seen = f"{len(finite)} of {len(lines)} prints are off, {self._compared(*finite[0])}" if finite else ""
+        seen = (
+            f"{len(finite)} of {len(lines)} printed values are wrong, {self._compared(*finite[0])}"
+            if finite
+            else ""
+        )
         if len(finite) < len(wrong):
             none = f"{len(wrong) - len(finite)} of {len(lines)}"
-            seen += f"; {none} are nan or inf" if finite else f"{none} prints are nan or inf"
+            seen += f"; {none} are nan or inf" if finite else f"{none} printed values are nan or inf"
         diff = tuple(
-            f"{_printed(line)}  (off by {error:+.6g}{self._reference(printed, error)})"
+            f"{_printed(line)}  (wrong by {error:+.6g}{self._reference(printed, error)})"
             for line, printed, error in wrong[:_DIFF_LINES]
         )
         return self.failed("wrong value", seen, diff, final=True)
 
     def _compared(self, line: PrintedLine, printed: float, error: float) -> str:
         """Describe the worst print and its reference."""
-        what = "the truth is" if self.truth else "expected"
+        what = "the true value is" if self.truth else "expected"
         worst = f"{self.title} is {printed:.6g}, {what} {self._wanted(printed, error):.6g}"
         return f"the worst by {abs(error):.6g} at {seconds(line.at_ps)}: {worst}"
 
     def _reference(self, printed: float, error: float) -> str:
         if not self.truth or not math.isfinite(error):
             return ""
-        return f", the truth is {self._wanted(printed, error):.6g}"
+        return f", the true value is {self._wanted(printed, error):.6g}"
 
     def _wanted(self, printed: float, error: float) -> float:
         wanted = printed - error
@@ -446,8 +448,8 @@ class ExpectWithin(_Number):
     min_difference: float = Field(0.0, ge=0)
 
     def describe(self) -> str:
-        apart = f", two prints differ by at least {self.min_difference:g}" if self.min_difference else ""
-        return f"{self.title} from {self.min:g} to {self.max:g}{apart}{self.window_text()}"
+        apart = f", and two values differ by at least {self.min_difference:g}" if self.min_difference else ""
+        return f"{self.title} is from {self.min:g} to {self.max:g}{apart}{self.window_text()}"
 
     def evaluate(self, run: RunView) -> ExpectationResult:
         line_format = self.number_format(run.patience)
@@ -458,13 +460,13 @@ class ExpectWithin(_Number):
         wrong = [line for line, value in values if not self.min <= value <= self.max]
         if wrong:
             text, diff = (
-                f"{len(wrong)} of {len(values)} prints are outside",
+                f"{len(wrong)} of {len(values)} printed values are outside",
                 map(_printed, wrong[:_DIFF_LINES]),
             )
             return self.failed("wrong value", text, tuple(diff), final=True)
         apart = np.ptp([value for _, value in values])
         if apart < self.min_difference:
-            text = f"all {len(values)} within {apart:g}"
+            text = f"all {len(values)} printed values differ by at most {apart:g}"
             return self.failed("wrong value", text, (_printed(values[0][0]),))
         return self.met()
 

@@ -45,7 +45,9 @@ class ExpectLineFollows(Windowed):
 
     def describe(self) -> str:
         """Describe line, interval and condition."""
-        every = f"at least every {seconds(self.max_gap)} while {self.when.text()}, otherwise never"
+        every = (
+            f"is printed at least every {seconds(self.max_gap)} while {self.when.text()}, and never otherwise"
+        )
         return f"{self._line()} {every}{self.window_text()}"
 
     def evaluate(self, run: RunView) -> ExpectationResult:
@@ -70,7 +72,7 @@ class ExpectLineFollows(Windowed):
             return self.failed("missing", text, final=True, mistake=mistake)
         when = f"{seconds(wrong[0].at_ps)}{self.when.value_text(run, wrong[0].at_ps)}"
         times = "once" if len(wrong) == 1 else f"{len(wrong)} times"
-        text = f"printed {times} otherwise, first at {when}{more}"
+        text = f"printed {times} in other conditions, first at {when}{more}"
         diff = tuple(f"+{escaped(line.text)}  at {seconds(line.at_ps)}" for line in wrong[:_DIFF_LINES])
         return self.failed("wrong value", text, diff, final=True, mistake=mistake)
 

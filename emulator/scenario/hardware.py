@@ -33,7 +33,7 @@ class ExpectLed(Windowed):
     state: Literal["on", "off"]
 
     def describe(self) -> str:
-        return f"{self.led} {self.state}{self.window_text()}"
+        return f"{self.led} is {self.state}{self.window_text()}"
 
     def evaluate(self, run: RunView) -> ExpectationResult:
         """Check the edges of the pin. The LED is dark until its pin is configured."""
@@ -105,12 +105,12 @@ class ExpectLedFollows(Windowed):
     def describe(self) -> str:
         if self.when is not None:
             return (
-                f"{self.led.upper()} lit while {self.when.text()} and dark otherwise, "
+                f"{self.led.upper()} is lit while {self.when.text()}, and dark otherwise, "
                 f"at most {seconds(self.settle)} late{self.window_text()}"
             )
         return (
-            f"{self.led.upper()} lit while {self.angle} is beyond {self.beyond_deg:g} degrees to either side "
-            f"and dark otherwise, at most {seconds(self.settle)} late{self.window_text()}"
+            f"{self.led.upper()} is lit while {self.angle} is above {self.beyond_deg:g} or below "
+            f"{-self.beyond_deg:g} degrees, and dark otherwise, at most {seconds(self.settle)} late{self.window_text()}"
         )
 
     def followed(self, run: RunView) -> Followed:
@@ -407,7 +407,7 @@ class ExpectHardIron(Expectation):
     within_mgauss: float = Field(ge=0)
 
     def describe(self) -> str:
-        return f"hard iron found within {self.within_mgauss:g} mgauss on each axis"
+        return f"mag_min and mag_max give the hard iron within {self.within_mgauss:g} mgauss on each axis"
 
     def evaluate(self, run: RunView) -> ExpectationResult:
         try:
@@ -463,7 +463,7 @@ class ExpectReads(Expectation):
     def describe(self) -> str:
         part, address, register = _outputs()[self.sensor]
         bounds = f"at least {self.min_hz:g}" if self.min_hz else f"at most {self.max_hz:g}"
-        return f"{part} {register} (0x{address:02X}) read {bounds} times a second"
+        return f"{part} {register} (0x{address:02X}) is read {bounds} times a second"
 
     def watch(self, board: BoardView) -> list[int]:
         """Count reads only in the window, because counting slows the run down."""
@@ -491,7 +491,7 @@ class ExpectReads(Expectation):
             return self.met()
         wanted = f"at least {self.min_hz:g}" if rate_hz < self.min_hz else f"at most {self.max_hz:g}"
         place = f"{part} {register} (0x{address:02X})"
-        expected, text = f"{place} read {wanted} times a second", f"{rate_hz:.0f} times a second"
+        expected, text = f"{place} is read {wanted} times a second", f"{rate_hz:.0f} times a second"
         if rate_hz >= self.min_hz:
             return self.failed("wrong value", text, expected=expected, final=True)
         text += "; read it in each call of the timer's callback"

@@ -208,9 +208,9 @@ def deviation(field: str, printed: float, wanted: float) -> float:
     return (difference + 180.0) % 360.0 - 180.0 if field in ANGLES else difference
 
 
-def nearest_truth(settle_ps: int) -> str:
-    """Describe the truth with which :meth:`PrintedLine.error` compares."""
-    return f"the truth of the last {settle_ps / PS_PER_MS:g} ms"
+def in_the_last(settle_ps: int) -> str:
+    """Describe the time of the true values with which :meth:`PrintedLine.error` compares."""
+    return f"in the last {settle_ps / PS_PER_MS:g} ms"
 
 
 def unit_of(field: str) -> str:
@@ -374,8 +374,9 @@ def against_truth(field: str, lines: Sequence[PrintedLine], settle_ps: int, wind
     table.append(f"error: first {first:+.3f}, last {last:+.3f}, largest {largest:+.3f}, {count}{shown}")
     counted = f"{_largest(judged):+.3f}"
     if counted != f"{largest:+.3f}":
-        which = nearest_truth(settle_ps)
-        table.append(f"the expectations compare with {which}: largest error {counted}")
+        table.append(
+            f"the expectations compare with the true values {in_the_last(settle_ps)}: largest error {counted}"
+        )
     return table
 
 
