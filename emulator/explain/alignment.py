@@ -8,7 +8,7 @@ register alone proves nothing, because compilers fuse and move operations.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -46,6 +46,8 @@ _FIRST: Final = 5
 _VALUE_FACTORS: Final = (2.0, 0.5, 10.0, 0.1, 100.0, 0.01, 1000.0, 0.001)
 _DIGITS: Final = range(2, 8)
 """Possible numbers of digits of a constant. The fewest digits that give the printed numbers are used."""
+_TYPICAL_DIGITS: Final = 3
+"""Constants with fewer digits, such as 10, are logged for many reasons."""
 
 
 @dataclass(frozen=True)
@@ -313,7 +315,10 @@ class Alignment:
     def _with_constant(
         self, formulas: Formulas, name: str, output: str, printed: PrintedNumbers
     ) -> Mistake | None:
-        """Find the constant, factor or summand with the fewest digits that gives the printed numbers."""
+        """Find the constant, factor or summand that gives the printed numbers.
+
+        A constant that an instruction computes is preferred, then the constant with the fewest digits.
+        """
         for kind in constants(formulas[name]):
             found = [
                 one
@@ -321,7 +326,9 @@ class Alignment:
                 if (one := self._constant(formulas, name, usual, formula, output, printed)) is not None
             ]
             if found:
-                _, computed = min(found, key=lambda one: one[0])
+                _, computed = min(
+                    found, key=lambda one: (not self._logs_constant(formulas[name], *one), one[0])
+                )
                 return self._mistake(formulas, name, computed, output)
         return None
 
@@ -351,6 +358,15 @@ class Alignment:
             if self._gives(formulas, name, rounded, output, printed):
                 return digits, rounded
         return _DIGITS.stop, formula(value)
+
+    def _logs_constant(self, formula: Node, digits: int, computed: Node) -> bool:
+        """Return whether an instruction computes a constant of several digits, or a part around the constant."""
+        _, part = _differing_parts(formula, computed)
+        around = [node for node in _nodes(computed) if part in children(node) and node != computed]
+        samples = [self._last(self._evaluator(node)) for node in (part, *around)]
+        return digits >= _TYPICAL_DIGITS and any(
+            self._search.addresses(one[0], self._evaluator.tolerance(one)) for one in samples
+        )
 
     def _candidates_in_log(self, formulas: Formulas, name: str) -> list[Mistake]:
         self._values(formulas)
@@ -453,6 +469,12 @@ class Alignment:
             if not isinstance(operand, Name | Number):
                 found += self._addresses(self._evaluator(operand))[:1] or self._of_operands(operand)
         return found
+
+
+def _nodes(node: Node) -> Iterator[Node]:
+    yield node
+    for operand in children(node):
+        yield from _nodes(operand)
 
 
 def _dependents(formulas: Formulas, name: str, output: str) -> list[str]:
