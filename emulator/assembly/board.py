@@ -53,6 +53,7 @@ from fcu_emulator.emulator.python_cpu.cpu import PythonCpu
 from fcu_emulator.emulator.python_cpu.hal import VirtualHal
 from fcu_emulator.emulator.python_cpu.timer import IntervalTimer
 from fcu_emulator.emulator.renamed import OldName, warn_renamed
+from fcu_emulator.emulator.text import shown
 from fcu_emulator.emulator.trace import BusTransfer, Trace
 from fcu_emulator.emulator.world import World
 from fcu_emulator.sensors.errors import Quality
@@ -217,6 +218,20 @@ class Board:
     def led(self, name: str) -> Led:
         """Return a LED by its name ("LED1"). Raises InputError."""
         return _named(self.leds, name, "LED")
+
+    def press_button(self, pin: str, level: int = 0, seconds: float = 0.1) -> None:
+        """Press a button between a pin ("PA0") and ground, or the supply (``level`` 1), for some seconds from now.
+
+        The pin is released later, while the board runs. Raises InputError.
+        """
+        pins = {f"P{port}{number}": (port, number) for port, number in self.gpio.pins()}
+        if pin not in pins:
+            raise InputError(f"pin must be a pin of the chip, such as 'PA0', not {shown(pin)}")
+        if level not in (0, 1):
+            raise InputError(f"level must be 0 (ground) or 1 (supply), not {shown(level)}")
+        if not isinstance(seconds, int | float) or not 0 < seconds <= LONGEST_RUN_S:
+            raise InputError(f"seconds must be above 0 and at most {LONGEST_RUN_S}, not {shown(seconds)}")
+        self.gpio.press(*pins[pin], level, self.clock.now_ps + to_ps(seconds))
 
     def i2c(self, name: str | None = None) -> I2CMaster:
         """Return the named bus master ("I2C2"), or the first bus master."""

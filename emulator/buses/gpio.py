@@ -11,6 +11,7 @@ short outputs on this board.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Protocol, TypeAlias
 
 from fcu_emulator.emulator.clock import Clock
@@ -43,13 +44,25 @@ class ChipPins(Protocol):
 class _Pin:
     """The state of one pin."""
 
-    __slots__ = ("alternate", "frequent", "listeners", "name", "output", "outside", "pull", "reads", "shown")
+    __slots__ = (
+        "alternate",
+        "frequent",
+        "listeners",
+        "name",
+        "output",
+        "outside",
+        "pressed_until_ps",
+        "pull",
+        "reads",
+        "shown",
+    )
 
     def __init__(self, name: str) -> None:
         self.name = name
         self.output: int | None = None  # the chip's output stage; None is high impedance
         self.pull: int | None = None
         self.outside: dict[str, int] = {}
+        self.pressed_until_ps = 0
         self.alternate: int | None = None
         self.reads = 0
         self.shown: int | None = None  # the level in the trace; None before the first output
@@ -172,6 +185,24 @@ class Gpio:
             one.settle()
         else:
             self._chip.drive(port, pin, min(one.outside.values(), default=None))
+
+    def press(self, port: str, pin: int, level: int, until_ps: int) -> None:
+        """Let a button connect a pin to ground (0) or to the supply (1) from now until the time ``until_ps``.
+
+        Another press of the same pin only makes the press longer, or changes the level.
+        """
+        one = self._pins[port, pin]
+        one.pressed_until_ps = max(until_ps, one.pressed_until_ps if "button" in one.outside else 0)
+        self.drive(port, pin, level, by="button")
+        self._clock.schedule(until_ps, partial(self._release_button, port, pin))
+
+    def _release_button(self, port: str, pin: int) -> None:
+        if self._clock.now_ps >= self._pins[port, pin].pressed_until_ps:
+            self.drive(port, pin, None, by="button")
+
+    def pull(self, port: str, pin: int) -> int | None:
+        """Return the level of the pull resistor, or None."""
+        return self._pin(port, pin).pull
 
     def listen(self, port: str, pin: int, changed: LevelCallback) -> None:
         """Call ``changed(level)`` after changes, in the order of registration."""

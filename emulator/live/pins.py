@@ -10,9 +10,10 @@ from fcu_emulator.emulator.boards.description import Pin
 
 
 def pins(board: Board) -> list[dict[str, Any]]:
-    """Return ``name``, ``use``, ``mode`` and ``level`` (0, 1, or null if floating) of each pin.
+    """Return ``name``, ``use``, ``mode``, ``level`` (0, 1, or null if floating) and ``pull`` of each pin.
 
-    ``mode``: ``output``, ``input``, ``AF4`` (an alternate function), or ``sensor``.
+    ``mode``: ``output``, ``input``, ``AF4`` (an alternate function), or ``sensor``. ``pull``: level of the
+    resistor of an input that a button can drive, or null.
     """
     return [*_of_chip(board), *_of_sensors(board)]
 
@@ -21,15 +22,17 @@ def _of_chip(board: Board) -> Iterator[dict[str, Any]]:
     gpio, uses = board.gpio, dict(_uses(board))
     for where in gpio.pins():
         driven = gpio.output(*where) is not None
-        if where not in uses and not driven:
-            continue
         function = gpio.alternate(*where)
+        is_input_with_pull = gpio.pull(*where) is not None and function is None
+        if where not in uses and not driven and not is_input_with_pull:
+            continue
         mode = f"AF{function}" if function is not None else "output" if driven else "input"
         yield {
             "name": _name(where),
             "use": uses.get(where, "not connected"),
             "mode": mode,
             "level": gpio.level(*where),
+            "pull": gpio.pull(*where) if mode == "input" and where not in uses else None,
         }
 
 
@@ -37,7 +40,13 @@ def _of_sensors(board: Board) -> Iterator[dict[str, Any]]:
     for part in board.sensors:
         part.catch_up(board.clock.now_ps)
         for pin in part.pins():
-            yield {"name": f"{part.NAME} {pin.name}", "use": "", "mode": "sensor", "level": pin.level}
+            yield {
+                "name": f"{part.NAME} {pin.name}",
+                "use": "",
+                "mode": "sensor",
+                "level": pin.level,
+                "pull": None,
+            }
 
 
 def _uses(board: Board) -> Iterator[tuple[Pin, str]]:

@@ -42,6 +42,15 @@ class HalGpio:
     def HAL_GPIO_Init(self, port: str, pin: int) -> None:
         self._gpio.init_output(port, pin)
 
+    def HAL_GPIO_InitInput(self, port: str, pin: int, pull: int | None = None) -> None:
+        """Make a pin an input. ``pull``: 1 for a pull-up, 0 for a pull-down, None for no resistor."""
+        self._gpio.release(port, pin)
+        self._gpio.set_pull(port, pin, pull)
+
+    def HAL_GPIO_ReadPin(self, port: str, pin: int) -> int:
+        """Return the input level, 0 for a floating pin."""
+        return self._gpio.reads(port, pin)
+
     def HAL_GPIO_WritePin(self, port: str, pin: int, state: int) -> None:
         self._gpio.write(port, pin, state)
 

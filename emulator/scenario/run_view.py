@@ -63,6 +63,10 @@ class BoardView(RunnableBoard, Protocol):
     @property
     def timer(self) -> TickCounts: ...
 
+    def press_button(self, pin: str, level: int = 0, seconds: float = 0.1) -> None:
+        """Connect a pin to ground or to the supply for some seconds."""
+        ...
+
     def motor_duties(self) -> tuple[float, ...]:
         """Return each motor's PWM duty, 0 to 1."""
         ...

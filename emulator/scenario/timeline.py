@@ -5,10 +5,12 @@ Most entries are calls of a method of :class:`fcu_emulator.emulator.world.World`
 
 from __future__ import annotations
 
+import re
 from functools import partial
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import (
+    AfterValidator,
     BeforeValidator,
     Field,
     PlainSerializer,
@@ -110,6 +112,7 @@ PLACE = frozenset({"place"})
 MAGNET = frozenset({"magnet"})
 CATCH_PS = 50 * PS_PER_S // 1000
 TAP_PS = 10 * PS_PER_S // 1000
+BUTTON_PS = 100 * PS_PER_S // 1000
 HAND_PS = 100 * PS_PER_S // 1000
 
 
@@ -494,6 +497,33 @@ class Send(TimelineAction):
         board.terminal.write(self.text or self.hex or b"")
 
 
+_PIN = re.compile(r"P[A-EH](1[0-5]|[0-9])")
+
+
+def _pin(name: str) -> str:
+    if not _PIN.fullmatch(name):
+        raise ValueError(f'must be a pin of the chip, such as "PA0", not {shown(name)}')
+    return name
+
+
+class PressButton(TimelineAction):
+    """Press a button between a pin of the chip and ground, or the supply with ``level`` 1."""
+
+    do: Literal["press_button"]
+    pin: Annotated[str, AfterValidator(_pin)]
+    level: Annotated[int, Field(ge=0, le=1)] = 0
+    for_: Length = Field(BUTTON_PS, alias="for")
+
+    @property
+    def length_ps(self) -> int:
+        return self.for_
+
+    def act(self, board: BoardView, from_ps: int) -> None:
+        """Press the button now. The board releases the pin."""
+        del from_ps
+        board.press_button(self.pin, self.level, self.for_ / PS_PER_S)
+
+
 _RENAMED = {"weather": "change_pressure", "wind": "blow_wind", "door": "slam_door", "fault": "inject_fault"}
 
 
@@ -533,6 +563,7 @@ AnyEntry = Annotated[
     | SetHumidity
     | SetField
     | InjectFault
+    | PressButton
     | Send,
     Field(discriminator="do"),
     BeforeValidator(_with_current_action),

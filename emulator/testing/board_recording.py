@@ -13,11 +13,11 @@ from typing import Any
 
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.buses.i2c import I2CFault
-from fcu_emulator.emulator.clock import NEVER_PS, format_duration, to_ps
+from fcu_emulator.emulator.clock import NEVER_PS, PS_PER_S, format_duration, to_ps
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.host.install_hints import command_line
 from fcu_emulator.emulator.live.recording import SessionRecording
-from fcu_emulator.emulator.scenario.timeline import DURATIONS, LONGEST_INPUT, RunMotors
+from fcu_emulator.emulator.scenario.timeline import BUTTON_PS, DURATIONS, LONGEST_INPUT, RunMotors
 from fcu_emulator.emulator.scenario.toml_writer import parse_entry
 from fcu_emulator.emulator.world import World
 
@@ -82,6 +82,7 @@ class BoardRecording:
             self._watch(board.spi(name), ("configure", "write", "write_read"), self._lost(name.lower()))
         self._watch(board, ("set_variable", "restore"), self._lost())
         self._watch(board, ("call",), self._called)
+        self._watch(board, ("press_button",), self._pressed)
 
     @property
     def missing(self) -> list[str]:
@@ -136,6 +137,11 @@ class BoardRecording:
         if fault.address is not None:
             table["address"] = fault.address
         self._add(begin_ps, table, f"board.i2c2.{name}")
+
+    def _pressed(self, name: str, at_ps: int, given: dict[str, Any]) -> None:
+        table = {"do": "press_button", "pin": given["pin"], "level": given.get("level", 0)}
+        table["for"] = format_duration(to_ps(given.get("seconds", BUTTON_PS / PS_PER_S)))
+        self._add(at_ps, table, f"board.{name}")
 
     def _called(self, name: str, at_ps: int, given: dict[str, Any]) -> None:
         del at_ps

@@ -131,3 +131,17 @@ def test_compensation_cell_is_ready_at_once(pins: Pins) -> None:
     assert pins.syscfg.read(0x20) == 0x101
     pins.syscfg.write(0x20, 0)
     assert pins.syscfg.read(0x20) == 0
+
+
+def test_button_causes_interrupt_at_press_and_release(pins: Pins) -> None:
+    """RM0368 10.2.5: an edge of the pin sets the pending bit at its time."""
+    gpio, clock = pins.chip.gpio, pins.chip.clock
+    pins.chip["GPIOA"].write(0x0C, 1)  # PUPDR: pull-up at PA0
+    pins.listen(0, rising=True, falling=True)
+    gpio.press("A", 0, 0, clock.now_ps + 5_000_000)
+    assert pins.exti.read(PR) == 1
+    pins.exti.write(PR, 1)
+    pins.chip.run_for(4_999_999)
+    assert pins.exti.read(PR) == 0
+    pins.chip.run_for(1)
+    assert pins.exti.read(PR) == 1

@@ -20,7 +20,7 @@ from fcu_emulator.emulator.live.session import LiveSession
 from fcu_emulator.emulator.live.setup import Setup
 from fcu_emulator.emulator.python_cpu.hal import HAL_OK, VirtualHal
 from fcu_emulator.firmware_model.arm import prebuilt
-from tests.support.live_fakes import Reader
+from tests.support.live_fakes import ButtonReader, Reader
 from tests.support.recipe import GreenhouseBoard
 
 playwright = pytest.importorskip("playwright.sync_api")
@@ -331,6 +331,22 @@ def test_chip_peripherals_and_pins_are_shown(browser: Browser, served: Served) -
     page.fill("#slide-pitch", "86")
     until(page, "document.querySelector('[data-pin=PB5]')?.dataset.level === 'low'")
     assert "LED1" in page.text_content("[data-pin=PB5]")
+
+
+def test_button_at_input_is_pressed_from_pins(browser: Browser) -> None:
+    served = Served(Setup(ButtonReader, ideal=True))
+    try:
+        page = browser.open(served)
+        page.click("#tab-pins")
+        until(page, "document.querySelector('[data-pin=PA0]')?.dataset.level === 'high'")
+        assert "PA0 0" not in str(page.text_content(".xterm-rows"))
+        page.focus("[data-press=PA0]")
+        page.keyboard.press("Enter")
+        until(page, "document.querySelector('.xterm-rows').textContent.includes('PA0 0')")
+        until(page, "document.querySelector('[data-pin=PA0]').dataset.level === 'high'")
+        assert page.evaluate("document.activeElement.dataset.press") == "PA0"
+    finally:
+        served.close()
 
 
 def test_board_with_other_sensors_is_shown(browser: Browser) -> None:

@@ -93,6 +93,23 @@ def connected(address: Address, **options: Any) -> ClientConnection:
     return connect(address.socket, subprotocols=address.protocols, **options)  # type: ignore[arg-type]
 
 
+class ButtonReader:
+    """Firmware in Python that prints the level of a button at PA0."""
+
+    def __init__(self, hal: VirtualHal) -> None:
+        self._hal = hal
+
+    def main(self) -> None:
+        """Run the firmware's main function, as in C."""
+        self._hal.HAL_GPIO_InitInput("A", 0, pull=1)
+        while True:
+            self._hal.HAL_Delay(20)
+            self._hal.HAL_UART_Transmit(b"PA0 %d\n" % self._hal.HAL_GPIO_ReadPin("A", 0), 10)
+
+    def HAL_TIM_PeriodElapsedCallback(self) -> None:
+        """The timer is not used."""
+
+
 class Reader:
     """Firmware in Python that reads both values of a hygrometer in one burst."""
 

@@ -39,7 +39,7 @@ const plot = new Plot(history);
 const world = new World(act);
 const registers = new RegisterView();
 const bus = new BusView();
-const pins = new PinView();
+const pins = new PinView(act);
 const scenario = new ScenarioView((name) => send({ type: "play", scenario: name }));
 const diagnosis = new DiagnosisView();
 const exercise = new ExerciseView((name) => send({ type: "check", exercise: name }));

@@ -1,7 +1,7 @@
 // What is shown beside the plot: bus, pins, scenario, diagnosis.
 
-import { el, fixed, setText } from "./dom";
-import type { Bus, Finding, Pins, Status, Verdicts } from "./protocol";
+import { button, el, fixed, setText } from "./dom";
+import type { Bus, Entry, Finding, Pin, Pins, Status, Verdicts } from "./protocol";
 import { linked } from "./source";
 
 // -- The bus -------------------------------------------------------------------------------------------------
@@ -30,24 +30,49 @@ export class PinView {
   readonly element = el("div", { class: "pins" });
   private readonly body = el("tbody");
   private before = new Map<string, number | null>();
+  private rows = new Map<string, PinRow>();
+  private shape = "";
 
-  constructor() {
+  constructor(private readonly act: (entry: Entry) => void) {
     this.element.append(
       el("p", { class: "hint" }, "Levels, ten times a second. Pause and step by ticks to see every change; fcu run --vcd records the signals over time."),
       el("table", { class: "pin-table" }, el("thead", {}, el("tr", {}, ...["pin", "level", "mode", "connected to"].map((name) => el("th", { scope: "col" }, name)))), this.body));
   }
 
   show({ pins }: Pins): void {
-    this.body.replaceChildren(...pins.map(({ name, use, mode, level }) => {
-      const level_ = level === null ? "floats" : level ? "high" : "low";
-      const changed = this.before.has(name) && this.before.get(name) !== level;
-      return el("tr", { "data-pin": name, "data-level": level_, class: changed ? "moved" : "" },
-        el("th", { scope: "row" }, name), el("td", { class: "level" }, el("i", {}), level_),
-        el("td", {}, mode === "sensor" ? "" : mode), el("td", {}, mode === "sensor" ? "test point" : use));
-    }));
+    const shape = JSON.stringify(pins.map(({ name, use, mode, pull }) => [name, use, mode, pull]));
+    if (shape !== this.shape) this.rows = this.newRows(pins); // else a focused button stays
+    this.shape = shape;
+    for (const { name, level } of pins) {
+      const row = this.rows.get(name)!;
+      const text = level === null ? "floats" : level ? "high" : "low";
+      row.element.className = this.before.has(name) && this.before.get(name) !== level ? "moved" : "";
+      row.element.dataset.level = text;
+      setText(row.level, text);
+    }
     this.before = new Map(pins.map(({ name, level }) => [name, level]));
   }
+
+  private newRows(pins: Pin[]): Map<string, PinRow> {
+    const rows = new Map(pins.map(({ name, use, mode, pull }) => {
+      const level = el("span");
+      const end = mode === "sensor" ? "test point" : pull === null ? use : this.press(name, pull);
+      const element = el("tr", { "data-pin": name }, el("th", { scope: "row" }, name),
+        el("td", { class: "level" }, el("i", {}), level), el("td", {}, mode === "sensor" ? "" : mode), el("td", {}, end));
+      return [name, { element, level }] as const;
+    }));
+    this.body.replaceChildren(...[...rows.values()].map(({ element }) => element));
+    return rows;
+  }
+
+  // A button between the pin and the opposite of its pull resistor.
+  private press(pin: string, pull: number): HTMLElement {
+    const title = `Connect ${pin} to ${pull ? "ground" : "the supply"} for 0.1 s, as a button does`;
+    return button("Press", title, () => this.act({ do: "press_button", pin, level: 1 - pull }), { "data-press": pin, "aria-label": `Press the button at ${pin}` });
+  }
 }
+
+interface PinRow { element: HTMLElement; level: HTMLElement }
 
 // -- The scenario --------------------------------------------------------------------------------------------
 

@@ -43,7 +43,7 @@ export interface Checked {
 }
 export interface Declared { type: "declared"; part: Part }
 export interface Registers { type: "registers"; part: string; values: Record<string, string>; note: string }
-export interface Pin { name: string; use: string; mode: string; level: 0 | 1 | null }
+export interface Pin { name: string; use: string; mode: string; level: 0 | 1 | null; pull: 0 | 1 | null }
 export interface Pins { type: "pins"; pins: Pin[] }
 export interface Transfer {
   t_s: number; bus: string; device: string; register: string; way: "read" | "write"; bytes: string; count: number;
