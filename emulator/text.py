@@ -44,6 +44,12 @@ def shown(value: object) -> str:
     return text if len(text) <= _SHOWN else text[:_SHOWN] + "..."
 
 
+def choices(names: Iterable[str]) -> str:
+    """Return names for messages: 'pitch', 'roll' or 'yaw'."""
+    *first, last = map(repr, names)
+    return f"{', '.join(first)} or {last}" if first else last
+
+
 def csv_text(rows: Iterable[Sequence[str | float]]) -> str:
     """Return CSV rows with one-line texts that spreadsheets do not evaluate as formulas."""
     import csv

@@ -16,6 +16,7 @@ from fcu_emulator.emulator.host.isolation import (
     parse_limits,
     run_isolated,
 )
+from fcu_emulator.emulator.text import choices
 
 
 def limits_of_run(settings: Sequence[str], isolate: bool) -> tuple[WorkerLimits | None, tuple[str, ...]]:
@@ -35,8 +36,8 @@ def limits_of_process(settings: Sequence[str], isolate: bool) -> WorkerLimits | 
     """Return the limits of the worker. Raises InputError for a limit of the board."""
     limits, others = limits_of_run(settings, isolate)
     if others:
-        known = ", ".join(field.name for field in fields(WorkerLimits))
-        raise InputError(f"--limit must be one of {known} for this command, not {others[0]}")
+        known = choices(field.name for field in fields(WorkerLimits))
+        raise InputError(f"--limit must be {known} for this command, not {others[0]}")
     return limits
 
 

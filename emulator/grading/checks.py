@@ -24,7 +24,7 @@ from fcu_emulator.emulator.scenario.fields import Duration, Length
 from fcu_emulator.emulator.scenario.result import ExpectationResult, Expected
 from fcu_emulator.emulator.scenario.run_view import escaped
 from fcu_emulator.emulator.scenario.schema import Kinds
-from fcu_emulator.emulator.text import shown
+from fcu_emulator.emulator.text import choices, shown
 
 # -- Shared by all kinds ------------------------------------------------------------------------------------
 
@@ -187,7 +187,7 @@ PROPERTIES = (
 
 def _known_property(name: str) -> str:
     if name not in PROPERTIES:
-        raise ValueError(f"must be one of {', '.join(PROPERTIES)}, not {shown(name)}")
+        raise ValueError(f"must be {choices(PROPERTIES)}, not {shown(name)}")
     return name
 
 

@@ -17,7 +17,7 @@ from fcu_emulator.emulator.grading.results import LATE_PENALTY, TOTAL, Graded, O
 from fcu_emulator.emulator.grading.roster import delimiter, read_csv
 from fcu_emulator.emulator.grading.rubric import Rubric
 from fcu_emulator.emulator.grading.verdict import CheckResult
-from fcu_emulator.emulator.text import one_line
+from fcu_emulator.emulator.text import choices, one_line
 
 _COLUMNS = ("id", "what", "points", "comment")
 
@@ -56,7 +56,7 @@ def _override(where: str, row: Mapping[str, str | None], rubric: Rubric) -> tupl
     if not student:
         raise InputError(f"{where}: id must be a student's id, not empty")
     if what not in known:
-        raise InputError(f"{where}: what must be one of {', '.join(known)}, not {one_line(what, 40)!r}")
+        raise InputError(f"{where}: what must be {choices(known)}, not {one_line(what, 40)!r}")
     try:
         value = float(points)
     except ValueError:

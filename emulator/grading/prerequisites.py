@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from fcu_emulator.emulator.grading.verdict import CheckResult, requires_text
-from fcu_emulator.emulator.text import shown
+from fcu_emulator.emulator.text import choices, shown
 
 PREREQUISITE = "prerequisite"
 """Finding of a check if one of its required checks has not passed."""
@@ -72,7 +72,7 @@ class Prerequisites:
         for number, name in enumerate(self._requires[check]):
             named = self._named(name, check.partition(".")[0])
             if not named:
-                problem = f"must be one of {', '.join(self._names(check))}, not {shown(name)}"
+                problem = f"must be {choices(self._names(check))}, not {shown(name)}"
                 raise PrerequisiteError(check, number, problem)
             found += named
         return tuple(dict.fromkeys(found))

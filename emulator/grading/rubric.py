@@ -47,7 +47,7 @@ from fcu_emulator.emulator.scenario.rules import with_rules
 from fcu_emulator.emulator.scenario.scenario import Scenario
 from fcu_emulator.emulator.scenario.schema import as_written, may_be_rule
 from fcu_emulator.emulator.scenario.schema import json_schema as scenario_schema
-from fcu_emulator.emulator.text import shown
+from fcu_emulator.emulator.text import choices, shown
 
 PROJECT_RUBRIC = "rubric.toml"
 """File name of the rubric in a project, the default of `fcu check`."""
@@ -323,7 +323,7 @@ class Rubric:
                         self.file, key, "is missing; name a run here or in the exercise", kind="missing"
                     )
                 if name not in self._runs:
-                    problem = f"must be one of {', '.join(self._runs)}, not {shown(name)}"
+                    problem = f"must be {choices(self._runs)}, not {shown(name)}"
                     raise RubricError(self.file, key, problem, kind="unknown_run")
 
     def _refuse_unknown_explained_checks(self) -> None:

@@ -56,7 +56,7 @@ from fcu_emulator.emulator.scenario.text_diff import (
     format_difference,
     nearest,
 )
-from fcu_emulator.emulator.text import shown, visible
+from fcu_emulator.emulator.text import choices, shown, visible
 
 # -- Shared by all expectations: view of the run, evaluation, window -------------------------------------------
 
@@ -235,13 +235,13 @@ _DIFF_LINES = 3  # lines in a finding
 
 def _known_field(name: str) -> str:
     if name not in FIELDS:
-        raise ValueError(f"must be one of {', '.join(FIELDS)}, not {shown(name)}")
+        raise ValueError(f"must be {choices(FIELDS)}, not {shown(name)}")
     return name
 
 
 def _known_quantity(name: str) -> str:
     if name not in QUANTITIES:
-        raise ValueError(f"must be one of {', '.join(QUANTITIES)}, not {shown(name)}")
+        raise ValueError(f"must be {choices(QUANTITIES)}, not {shown(name)}")
     return name
 
 

@@ -42,7 +42,7 @@ from fcu_emulator.emulator.scenario.thresholds import (
     parse_thresholds,
     put_in_place,
 )
-from fcu_emulator.emulator.text import shown
+from fcu_emulator.emulator.text import choices, shown
 
 
 def load_scenario(
@@ -220,7 +220,7 @@ _DRAWN_IN = ("world", "timeline", "threshold")
 _DRAW_KEYS = {"uniform", "one_of", "random_sign"}
 _RENAMED = {"draw": "uniform", "either_sign": "random_sign"}
 _DRAWN_DIGITS = 2  # decimals of a drawn number, so that it is easy to read
-_DRAW_RIGHT = "either uniform = [min, max], two numbers or two durations, or one_of = [...]"
+_DRAW_RIGHT = "uniform = [min, max] with two numbers or two durations, or one_of = [...]"
 
 Pick: TypeAlias = Callable[[str, int], float]
 """Function ``pick(path, purpose)``. It returns a position in a range, 0 to 1, for a key path."""
@@ -401,8 +401,8 @@ def _tag_problem(problem: Any) -> str:
     context = problem["ctx"]
     if problem["type"] == "union_tag_not_found":
         return "is missing"
-    known = context["expected_tags"].replace("'", "")
-    return f"must be one of {known}, not {shown(context['tag'])}"
+    known = choices(context["expected_tags"].replace("'", "").split(", "))
+    return f"must be {known}, not {shown(context['tag'])}"
 
 
 def _without_tags(path: list[str | int]) -> list[str | int]:

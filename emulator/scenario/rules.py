@@ -19,7 +19,7 @@ from importlib.resources import files
 from typing import Any
 
 from fcu_emulator.emulator.errors import ScenarioError
-from fcu_emulator.emulator.text import shown
+from fcu_emulator.emulator.text import choices, shown
 
 
 @cache
@@ -45,7 +45,7 @@ def _resolved(entry: Any, file: str, key: str) -> Any:
         return entry
     name = entry["rule"]
     if not isinstance(name, str) or name not in _rules():
-        raise ScenarioError(file, f"{key}.rule", f"must be one of {', '.join(_rules())}, not {shown(name)}")
+        raise ScenarioError(file, f"{key}.rule", f"must be {choices(_rules())}, not {shown(name)}")
     if "kind" in entry:
         raise ScenarioError(file, f"{key}.kind", "must not be given together with a rule; leave it out")
     return _rules()[name] | {one: value for one, value in entry.items() if one != "rule"}

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.renamed import OldName
+from fcu_emulator.emulator.text import choices
 from fcu_emulator.emulator.world import limits
 from fcu_emulator.emulator.world.air import (
     DOOR_HPA,
@@ -344,7 +345,7 @@ class World(Changes):
     ) -> float:
         """Change one Euler angle to ``to_deg``, which may be more than 180 degrees away."""
         if axis not in EULER_AXES:
-            raise InputError(f"axis must be one of {', '.join(EULER_AXES)}, not {axis!r}", kind="choice")
+            raise InputError(f"axis must be {choices(EULER_AXES)}, not {axis!r}", kind="choice")
         if profile not in ("linear", "minimum_jerk"):
             raise InputError(f"profile must be linear or minimum_jerk, not {profile!r}", kind="choice")
         start, end = self._span(start_s, duration_s)
@@ -445,9 +446,7 @@ class World(Changes):
         The shaking ends after the last complete period within ``duration_s``.
         """
         if axis not in SHAKE_DIRECTIONS:
-            raise InputError(
-                f"axis must be one of {', '.join(SHAKE_DIRECTIONS)}, not {axis!r}", kind="choice"
-            )
+            raise InputError(f"axis must be {choices(SHAKE_DIRECTIONS)}, not {axis!r}", kind="choice")
         frequency = limits.FREQUENCY.check("frequency_hz", frequency_hz)
         amplitude = limits.AMPLITUDE.check("amplitude_g", amplitude_g) * STANDARD_GRAVITY
         start, end = self._span(start_s, duration_s)

@@ -50,7 +50,7 @@ def test_write_of_impossible_burst_is_refused(part: str, address: int) -> None:
     assert "write" in str(caught.value)
 
 
-def test_error_of_refused_burst_lists_sub_addresses(words: Words) -> None:
+def test_refused_burst_error_has_sub_addresses(words: Words) -> None:
     chip = Chip("LSM6DSL")
     with pytest.raises(AccessError) as reading:
         chip.read(0x80, 1)

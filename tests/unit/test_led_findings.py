@@ -112,7 +112,7 @@ def test_one_sided_led_without_delay_is_not_late() -> None:
         (lambda _at_ms: False, "never lit"),
     ],
 )
-def test_led_finding_states_mistake(is_lit: Callable[[int], bool], found: str) -> None:
+def test_wrong_led_condition_is_named(is_lit: Callable[[int], bool], found: str) -> None:
     assert finding(is_lit) == found
 
 

@@ -150,7 +150,7 @@ def test_required_exercise_means_its_checks_with_points(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "key"),
     [
-        ('["pitch"]', '["pich"]', "exercise[0].check[1].requires[0]: must be one of 1.pitch, not 'pich'"),
+        ('["pitch"]', '["pich"]', "exercise[0].check[1].requires[0]: must be '1.pitch', not 'pich'"),
         ('["pitch"]', '["pitch", "roll"]', "exercise[0].check[1].requires[1]: "),
         ('["pitch"]', '["1"]', "exercise[0].check[1].requires[0]: "),
         ('title = "Pitch is', 'requires = ["roll"]\ntitle = "Pitch is', "exercise[0].check[0].requires[0]: "),

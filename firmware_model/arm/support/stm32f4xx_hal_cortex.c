@@ -1,7 +1,7 @@
 /* Interrupt controller and SysTick (ARMv7-M ARM B3.3, B3.4). */
 #include "stm32f4xx_hal_cortex.h"
 
-#define PRIORITY_SHIFT 4 /* the STM32F401 has the upper four bits of each priority byte */
+#define PRIORITY_SHIFT 4 /* the STM32F401 implements only the upper four bits of a priority byte */
 #define SYSTICK_MAX 0x1000000U
 
 void HAL_NVIC_SetPriorityGrouping(uint32_t PriorityGroup)

@@ -292,7 +292,7 @@ static void schedule_edge(Tim *tim) {
 
 /* -- the counts of ticks --------------------------------------------------------------------------------- */
 
-/* A tick is an update while UIE is set. A tick is lost if the flag was still set. A tick is late if more than
+/* An update counts as a tick if UIE is set. A tick is lost if the flag was still set. A tick is late if more than
  * LATE_AFTER_PS pass until the flag is cleared. */
 
 static void tick_due(Tim *tim) {
