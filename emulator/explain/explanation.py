@@ -219,10 +219,10 @@ class _Explainer:
         place = self._places.prefix(site)
         if place and mistake.is_later and isinstance(mistake.computed, Number):
             place, site = f"before {place}", None
-        is_printed = step == output.step and isinstance(mistake.computed, Name)
+        is_printed = _is_printed(mistake, output)
         if is_printed:
             summary = f"{place}{computed} is printed in place of {step}"
-        elif _is_other_value(mistake):
+        elif step != output.step and _is_other_value(mistake):
             summary = f"{place}{computed} is used in place of {step}"
         else:
             summary = f"{place}{step} is computed as {computed}"
@@ -329,11 +329,24 @@ class _Explainer:
 
     def _site(self, mistake: Mistake, output: ShownNumber, line: str) -> int | None:
         """Return an instruction of the mistake: a print, a computation, or the load of a wrong operand."""
-        if mistake.step == output.step and isinstance(mistake.computed, Name):
+        if _is_printed(mistake, output):
             printed = PrintedLines(self._image, self._places, line.encode("latin-1"))
             return printed.address(printed.lines[0].made_by) if printed.lines else None
-        found = mistake.addresses or self._own(mistake.part_addresses)
+        found = list(mistake.addresses) or self._own(mistake.part_addresses)
+        if found and isinstance(mistake.computed, Name):
+            first = _start(self._places, found[0])  # other functions only load the value
+            found = [one for one in found if _start(self._places, one) == first]
         return found[-1] if found else None
+
+
+def _is_printed(mistake: Mistake, output: ShownNumber) -> bool:
+    """Return whether the firmware prints another value, which is not an operand of the step's formula."""
+    computed = mistake.computed
+    return (
+        mistake.step == output.step
+        and isinstance(computed, Name)
+        and computed.name not in names(mistake.formula)
+    )
 
 
 def _is_other_value(mistake: Mistake) -> bool:
