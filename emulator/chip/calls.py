@@ -13,8 +13,8 @@
 Arguments and results follow the AAPCS (IHI 0042).
 
 Decision: a copy of the core and its memories executes a function that Python calls, so that the
-board's registers, RAM and peripherals do not change. A function that needs peripherals or time runs
-on the chip, which is then restored. A snapshot around every call would be five times as slow.
+board's registers, RAM and peripherals do not change. If a function needs peripherals or time, it runs
+on the chip, and the chip is then restored. A snapshot around every call would be five times as slow.
 """
 
 from __future__ import annotations

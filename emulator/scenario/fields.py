@@ -148,7 +148,7 @@ class Window(Table):
     @model_validator(mode="after")
     def _in_order(self) -> Self:
         if self.to is not None and self.to <= self.from_:
-            raise ValueError("to must be later than from")
+            raise ValueError("'to' must be later than 'from'")
         return self
 
     def covers(self, at_ps: int) -> bool:

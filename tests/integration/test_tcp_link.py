@@ -251,7 +251,7 @@ def test_stopped_reader_does_not_affect_other_reader(raw: TcpLink) -> None:
         assert exactly(reads, len(data)) == data
 
 
-def test_writer_that_is_faster_than_board_waits(raw: TcpLink) -> None:
+def test_writer_waits_if_faster_than_board(raw: TcpLink) -> None:
     with connected(raw) as connection:
         connection.setblocking(False)
         sent = 0

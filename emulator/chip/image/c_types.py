@@ -269,7 +269,7 @@ def _base(entry: DebugEntry) -> CType:
             return Boolean(size)
         if encoding in _SIGNED or encoding in _UNSIGNED:
             return Integer(size, signed=encoding in _SIGNED)
-    raise DebugInfoError(f"a basic type has {size} bytes and encoding {encoding}, which is not supported")
+    raise DebugInfoError(f"its basic type, of {size} bytes and encoding {encoding}, is not supported")
 
 
 def _count(subrange: DebugEntry) -> int:

@@ -80,7 +80,7 @@ def _record(file: str, where: str, text: bytes) -> HexRecord:
         announced = raw[0] + 5 if raw else 5
         raise FirmwareFileError(
             file,
-            f"{where}: must have {announced} bytes, as its length says, not {len(raw)}; the file is damaged",
+            f"{where}: must have {announced} bytes (its length byte), not {len(raw)}; the file is damaged",
             kind="record_length",
         )
     wrong = sum(raw) & 0xFF

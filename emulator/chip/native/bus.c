@@ -7,7 +7,7 @@
 
 /* the cost of programming the flash is added to the cost of the flash registers (write_flash()) */
 #define FLASH_INTERFACE_BASE 0x40023C00u
-/* read_memory_like() is used after this number of reads of a peripheral without a write */
+/* after this number of reads with no write between them, a peripheral is read by read_memory_like() */
 #define MEMORY_LIKE_AFTER 1000
 
 static bool in_ram(uint32_t address, unsigned size) { return address - RAM_BASE <= RAM_SIZE - size; }
