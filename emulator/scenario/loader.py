@@ -42,7 +42,7 @@ from fcu_emulator.emulator.scenario.thresholds import (
     parse_thresholds,
     put_in_place,
 )
-from fcu_emulator.emulator.text import choices, shown
+from fcu_emulator.emulator.text import shown
 
 
 def load_scenario(
@@ -401,8 +401,8 @@ def _tag_problem(problem: Any) -> str:
     context = problem["ctx"]
     if problem["type"] == "union_tag_not_found":
         return "is missing"
-    known = choices(context["expected_tags"].replace("'", "").split(", "))
-    return f"must be {known}, not {shown(context['tag'])}"
+    known = context["expected_tags"].replace("'", "")
+    return f"unknown {shown(context['tag'])}; known: {known}"
 
 
 def _without_tags(path: list[str | int]) -> list[str | int]:

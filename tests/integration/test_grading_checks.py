@@ -80,7 +80,11 @@ def test_solution_passes(tmp_path: Path, expectation: str) -> None:
             "800 times",
         ),
         ('kind = "no_diagnosis", of = ["callback"]', STUCK, "stuck in HAL_Delay(), "),
-        ('kind = "within", name = "Pitch", min = 10, max = 20', "solution", "2 of 2 prints are outside"),
+        (
+            'kind = "within", name = "Pitch", min = 10, max = 20',
+            "solution",
+            "2 of 2 printed values are outside",
+        ),
         ('kind = "printed", name = "Pitch", max_gap = "1s"', "solution", "none for 1.11"),
         ('kind = "printed", name = "Pitch", max_gap = "1s"', "template-arm", 'no line "Pitch: '),
     ],

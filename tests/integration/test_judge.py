@@ -72,7 +72,7 @@ def test_points_are_share_of_met_expectations(rubric: Rubric) -> None:
     angles, secret = verdict.checks
 
     assert (angles.outcome, angles.points, angles.max_points) == ("partial", 2.0, 3.0)
-    assert angles.expected == "Roll within 3 deg of 90"
+    assert angles.expected == "Roll is within 3 deg of 90"
     assert (secret.outcome, secret.points) == ("failed", 0.0)
     assert (verdict.points, verdict.max_points, verdict.unjudged_points) == (2.0, 4.0, 0.0)
     assert not verdict.is_done("1")

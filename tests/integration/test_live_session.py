@@ -276,7 +276,13 @@ def test_pins_are_sent_with_their_levels(wiring: str) -> None:
         for event in page.of(messages.Pins)[:: len(page.of(messages.Pins)) - 1]
     )
     assert first["PB5"]["level"] is None  # before the firmware has made it an output
-    assert last["PB5"] == {"name": "PB5", "use": "LED1, lit while low", "mode": "output", "level": 0}
+    assert last["PB5"] == {
+        "name": "PB5",
+        "use": "LED1, lit while low",
+        "mode": "output",
+        "level": 0,
+        "pull": None,
+    }
     assert session.board.led1.on
     assert last["PA9"]["mode"] == "AF7"
     assert last["LSM6DSL INT1"]["level"] == 0
@@ -346,7 +352,7 @@ def test_early_verdict_lists_failed_and_open_expectations(tmp_path: Path, words:
 
     *failed, count = session.verdict()
     assert len(failed) == 1
-    assert "led1 on from 0.1 s to 0.2 s" in failed[0]
+    assert "led1 is on from 0.1 s to 0.2 s" in failed[0]
     assert re.findall(r"\d+", count)[:4] == ["1", "3", "1", "1"]
     words("web", re.sub(r"\b1\.\d+ s", "TIME", count))
 

@@ -163,7 +163,7 @@ def test_single_recorded_row_applies_at_all_times() -> None:
 
 def test_wrong_axis_and_profile_and_turns_are_refused() -> None:
     world = World()
-    with pytest.raises(InputError, match=r"roll, pitch, yaw, not 'x'") as refused:
+    with pytest.raises(InputError, match=r"'roll', 'pitch' or 'yaw', not 'x'") as refused:
         world.sweep("x", 10, duration_s=1)
     assert refused.value.kind == "choice"
     with pytest.raises(InputError, match=r"1\.5") as refused:
