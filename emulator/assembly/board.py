@@ -43,7 +43,7 @@ from fcu_emulator.emulator.boards.description import (
     Wiring,
 )
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
-from fcu_emulator.emulator.buses.gpio import Gpio, Led
+from fcu_emulator.emulator.buses.gpio import BUTTON_S, Gpio, Led, parse_pin
 from fcu_emulator.emulator.buses.i2c import FAST_MODE_HZ, I2CBus, I2CMaster
 from fcu_emulator.emulator.buses.spi import SpiBus, SpiMaster
 from fcu_emulator.emulator.buses.uart import Uart
@@ -219,19 +219,20 @@ class Board:
         """Return a LED by its name ("LED1"). Raises InputError."""
         return _named(self.leds, name, "LED")
 
-    def press_button(self, pin: str, level: int = 0, seconds: float = 0.1) -> None:
+    def press_button(self, pin: str, level: int = 0, seconds: float = BUTTON_S) -> None:
         """Press a button between a pin ("PA0") and ground, or the supply (``level`` 1), for some seconds from now.
 
         The pin is released later, while the board runs. Raises InputError.
         """
-        pins = {f"P{port}{number}": (port, number) for port, number in self.gpio.pins()}
-        if pin not in pins:
-            raise InputError(f"pin must be a pin of the chip, such as 'PA0', not {shown(pin)}")
+        try:
+            where = parse_pin(pin)
+        except ValueError as error:
+            raise InputError(f"pin {error}") from None
         if level not in (0, 1):
             raise InputError(f"level must be 0 (ground) or 1 (supply), not {shown(level)}")
         if not isinstance(seconds, int | float) or not 0 < seconds <= LONGEST_RUN_S:
             raise InputError(f"seconds must be above 0 and at most {LONGEST_RUN_S}, not {shown(seconds)}")
-        self.gpio.press(*pins[pin], level, self.clock.now_ps + to_ps(seconds))
+        self.gpio.press(*where, level, self.clock.now_ps + to_ps(seconds))
 
     def i2c(self, name: str | None = None) -> I2CMaster:
         """Return the named bus master ("I2C2"), or the first bus master."""

@@ -10,17 +10,30 @@ short outputs on this board.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable
 from functools import partial
-from typing import Protocol, TypeAlias
+from typing import Final, Protocol, TypeAlias
 
 from fcu_emulator.emulator.clock import Clock
+from fcu_emulator.emulator.text import shown
 from fcu_emulator.emulator.trace import GpioEdge, Trace
 
 LevelCallback: TypeAlias = Callable[[int], None]
 """``changed(level)`` is called with the chip's new input level, 0 or 1."""
 
 _PORTS = "ABCDEH"  # the STM32F401 has no port F and G (RM0368 section 2.3)
+_PIN_NAME = re.compile(rf"P([{_PORTS}])(1[0-5]|[0-9])")
+BUTTON_S: Final = 0.1
+"""Duration of a press without another duration."""
+
+
+def parse_pin(name: str) -> tuple[str, int]:
+    """Return port and number of a pin such as "PA0". Raises ValueError."""
+    found = _PIN_NAME.fullmatch(name)
+    if found is None:
+        raise ValueError(f'must be a pin of the chip, such as "PA0", not {shown(name)}')
+    return found[1], int(found[2])
 
 
 class ChipPins(Protocol):
@@ -44,25 +57,13 @@ class ChipPins(Protocol):
 class _Pin:
     """The state of one pin."""
 
-    __slots__ = (
-        "alternate",
-        "frequent",
-        "listeners",
-        "name",
-        "output",
-        "outside",
-        "pressed_until_ps",
-        "pull",
-        "reads",
-        "shown",
-    )
+    __slots__ = ("alternate", "frequent", "listeners", "name", "output", "outside", "pull", "reads", "shown")
 
     def __init__(self, name: str) -> None:
         self.name = name
         self.output: int | None = None  # the chip's output stage; None is high impedance
         self.pull: int | None = None
         self.outside: dict[str, int] = {}
-        self.pressed_until_ps = 0
         self.alternate: int | None = None
         self.reads = 0
         self.shown: int | None = None  # the level in the trace; None before the first output
@@ -189,16 +190,11 @@ class Gpio:
     def press(self, port: str, pin: int, level: int, until_ps: int) -> None:
         """Let a button connect a pin to ground (0) or to the supply (1) from now until the time ``until_ps``.
 
-        Another press of the same pin only makes the press longer, or changes the level.
+        Presses of one pin may overlap; ground has priority over the supply.
         """
-        one = self._pins[port, pin]
-        one.pressed_until_ps = max(until_ps, one.pressed_until_ps if "button" in one.outside else 0)
-        self.drive(port, pin, level, by="button")
-        self._clock.schedule(until_ps, partial(self._release_button, port, pin))
-
-    def _release_button(self, port: str, pin: int) -> None:
-        if self._clock.now_ps >= self._pins[port, pin].pressed_until_ps:
-            self.drive(port, pin, None, by="button")
+        button = f"button to {level} until {until_ps}"
+        self.drive(port, pin, level, by=button)
+        self._clock.schedule(until_ps, partial(self.drive, port, pin, None, by=button))
 
     def pull(self, port: str, pin: int) -> int | None:
         """Return the level of the pull resistor, or None."""

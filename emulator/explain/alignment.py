@@ -50,7 +50,7 @@ _TYPICAL_DIGITS: Final = 3
 """Constants with fewer digits, such as 10, are logged for many reasons."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Mistake:
     """A step that the firmware computes by another formula."""
 
@@ -107,14 +107,11 @@ class Alignment:
 
     def agrees(self, output: str, printed: PrintedNumbers, mistakes: Sequence[Mistake] = ()) -> bool:
         """Return whether the lab's formulas, with these mistakes, give the printed numbers."""
-        values = self._values(self.formulas)
+        values, computed = self._values(self.formulas), {one.step: one.computed for one in mistakes}
         if mistakes:
-            computed = {one.step: one.computed for one in mistakes}
-            evaluator = self._evaluator
-            evaluator.values = dict(values)
+            self._evaluator.values = values
             for name, formula in self.formulas.items():
-                evaluator.values[name] = evaluator(computed.get(name, formula))
-            values, evaluator.values = evaluator.values, values
+                values[name] = self._evaluator(computed.get(name, formula))
         return self._fits(values[output], printed)
 
     def computed_steps(self) -> int:

@@ -73,11 +73,10 @@ def explain_numbers(
         return []
     explainer = _Explainer(probe, probed, arithmetic)
     found = [one for output in outputs for one in explainer.explain(output)]
-    different = {
-        (one.mistake.step, one.diagnosis.summary): one
-        for one in reversed(found)
-        if id(one.mistake) not in explainer.merged
-    }
+    different: dict[tuple[str, str], Explanation] = {}
+    for one in found:
+        if one.mistake not in explainer.merged:
+            different.setdefault((one.mistake.step, one.diagnosis.summary), one)
     order = list(arithmetic.formulas)
     return sorted(different.values(), key=lambda one: order.index(one.mistake.step))
 
@@ -115,8 +114,8 @@ class _Explainer:
         self._places = Places(probe.image)
         self._best: dict[tuple[int, ...], Alignment] = {}
         self._mistaken: list[_Mistaken] = []
-        self.merged: set[int] = set()
-        """Identities of mistakes that are part of a mistake found later."""
+        self.merged: set[Mistake | WrongState] = set()
+        """Mistakes that a wrong value found later explains."""
 
     def explain(self, output: ShownNumber) -> Iterator[Explanation]:
         """Yield the mistakes in an output that no earlier output has.
@@ -157,7 +156,7 @@ class _Explainer:
                 mistake = alignment.as_wrong_value(earlier.mistakes[0], output.step, printed)
                 if mistake is not None:
                     if alignment.agrees(earlier.output.step, earlier.printed, [mistake]):
-                        self.merged.add(id(earlier.mistakes[0]))
+                        self.merged.add(earlier.mistakes[0])
                     return [mistake]
         return []
 

@@ -35,7 +35,7 @@ class Rule:
     initial: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class WrongState:
     """A variable that does not keep the extreme of ``step``."""
 

@@ -515,7 +515,8 @@ def _in_s(spans: Sequence[tuple[int, int]]) -> tuple[tuple[float, float], ...]:
 
 def _first_printed(failure: ExpectationResult) -> str:
     line = next((line[1:] for line in failure.diff if line.startswith("+")), "")
-    text, _, when = line.partition("  (wrong by")[0].rpartition("  at ")
+    text, _, when = line.rpartition("  at ")
+    when = when.partition("  (")[0]
     return f'"{text}" at {when}' if text else f'"{when}"' if when else ""
 
 

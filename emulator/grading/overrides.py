@@ -56,7 +56,7 @@ def _override(where: str, row: Mapping[str, str | None], rubric: Rubric) -> tupl
     if not student:
         raise InputError(f"{where}: id must be a student's id, not empty")
     if what not in known:
-        raise InputError(f"{where}: what must be {choices(known)}, not {one_line(what, 40)!r}")
+        raise InputError(f"{where}: 'what' must be {choices(known)}, not {one_line(what, 40)!r}")
     try:
         value = float(points)
     except ValueError:

@@ -7,6 +7,7 @@ from typing import Any
 
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.boards.description import Pin
+from fcu_emulator.emulator.buses.gpio import parse_pin
 
 
 def pins(board: Board) -> list[dict[str, Any]]:
@@ -23,16 +24,16 @@ def _of_chip(board: Board) -> Iterator[dict[str, Any]]:
     for where in gpio.pins():
         driven = gpio.output(*where) is not None
         function = gpio.alternate(*where)
-        is_input_with_pull = gpio.pull(*where) is not None and function is None
-        if where not in uses and not driven and not is_input_with_pull:
-            continue
         mode = f"AF{function}" if function is not None else "output" if driven else "input"
+        pull = gpio.pull(*where) if mode == "input" and where not in uses else None
+        if where not in uses and not driven and pull is None:
+            continue
         yield {
             "name": _name(where),
             "use": uses.get(where, "not connected"),
             "mode": mode,
             "level": gpio.level(*where),
-            "pull": gpio.pull(*where) if mode == "input" and where not in uses else None,
+            "pull": pull,
         }
 
 
@@ -54,7 +55,7 @@ def _uses(board: Board) -> Iterator[tuple[Pin, str]]:
     for led, where in description.leds.items():
         yield where, f"{led}, lit while low"
     for part, place in wiring.chip_selects.items():
-        yield (place[1], int(place[2:])), f"{part} chip select"
+        yield parse_pin(place), f"{part} chip select"
     for bus, wires in description.i2c.items():
         for wire, name in ((wires.scl, "SCL"), (wires.sda, "SDA")):
             yield wire[:2], f"{bus} {name}, AF{wire[2]}"

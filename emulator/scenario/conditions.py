@@ -98,9 +98,10 @@ class Condition(Table):
     def text(self) -> str:
         if self.led is not None:
             return f"{self.led.upper()} is lit"
+        unit = unit_text(self.quantity or "")
         if self.beyond is not None:
-            return f"{self.quantity} is above {self.beyond:g} or below {-self.beyond:g}"
-        return f"{self.quantity} is {'above' if self.above is not None else 'below'} {self.limit:g}"
+            return f"{self.quantity} is above {self.beyond:g} or below {-self.beyond:g}{unit}"
+        return f"{self.quantity} is {'above' if self.above is not None else 'below'} {self.limit:g}{unit}"
 
     def holds(self, value: float) -> bool | None:
         """Return whether the condition is true, or None within the margin."""

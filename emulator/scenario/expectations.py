@@ -45,8 +45,8 @@ from fcu_emulator.emulator.scenario.run_view import (
     TiltSample,
     deviation,
     escaped,
-    in_the_last,
     same_banner,
+    settle_text,
     unit_of,
 )
 from fcu_emulator.emulator.scenario.text_diff import (
@@ -349,7 +349,7 @@ class ExpectField(_Number):
             return f"{self.value:g}"
         name = "value" if self.truth is True and self.scale == 1 else self.quantity
         scaled = f" times {self.scale:g}" if self.scale != 1 else ""
-        return f"the true {name}{scaled}" + (f" {in_the_last(self.settle)}" if self.settle else "")
+        return f"the true {name}{scaled}" + (f" {settle_text(self.settle)}" if self.settle else "")
 
     def evaluate(self, run: RunView) -> ExpectationResult:
         """Fail if the number is not printed, or a line has another format."""

@@ -103,14 +103,9 @@ class ExpectLedFollows(Windowed):
         return Condition(quantity=self.angle, beyond=self.beyond_deg, margin=self.margin_deg)
 
     def describe(self) -> str:
-        if self.when is not None:
-            return (
-                f"{self.led.upper()} is lit while {self.when.text()}, and dark otherwise, "
-                f"at most {seconds(self.settle)} late{self.window_text()}"
-            )
         return (
-            f"{self.led.upper()} is lit while {self.angle} is above {self.beyond_deg:g} or below "
-            f"{-self.beyond_deg:g} degrees, and dark otherwise, at most {seconds(self.settle)} late{self.window_text()}"
+            f"{self.led.upper()} is lit while {self.condition.text()}, and dark otherwise, "
+            f"at most {seconds(self.settle)} late{self.window_text()}"
         )
 
     def followed(self, run: RunView) -> Followed:

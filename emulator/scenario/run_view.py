@@ -63,7 +63,7 @@ class BoardView(RunnableBoard, Protocol):
     @property
     def timer(self) -> TickCounts: ...
 
-    def press_button(self, pin: str, level: int = 0, seconds: float = 0.1) -> None:
+    def press_button(self, pin: str, level: int, seconds: float) -> None:
         """Connect a pin to ground or to the supply for some seconds."""
         ...
 
@@ -212,7 +212,7 @@ def deviation(field: str, printed: float, wanted: float) -> float:
     return (difference + 180.0) % 360.0 - 180.0 if field in ANGLES else difference
 
 
-def in_the_last(settle_ps: int) -> str:
+def settle_text(settle_ps: int) -> str:
     """Describe the time of the true values with which :meth:`PrintedLine.error` compares."""
     return f"in the last {settle_ps / PS_PER_MS:g} ms"
 
@@ -379,7 +379,7 @@ def against_truth(field: str, lines: Sequence[PrintedLine], settle_ps: int, wind
     counted = f"{_largest(judged):+.3f}"
     if counted != f"{largest:+.3f}":
         table.append(
-            f"the expectations compare with the true values {in_the_last(settle_ps)}: largest error {counted}"
+            f"the expectations compare with the true values {settle_text(settle_ps)}: largest error {counted}"
         )
     return table
 

@@ -5,7 +5,6 @@ Most entries are calls of a method of :class:`fcu_emulator.emulator.world.World`
 
 from __future__ import annotations
 
-import re
 from functools import partial
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -20,6 +19,7 @@ from pydantic import (
     model_validator,
 )
 
+from fcu_emulator.emulator.buses.gpio import BUTTON_S, parse_pin
 from fcu_emulator.emulator.buses.i2c import FaultKind, I2CFault
 from fcu_emulator.emulator.clock import NEVER_PS, PS_PER_S, to_ps
 from fcu_emulator.emulator.renamed import current_name
@@ -112,7 +112,6 @@ PLACE = frozenset({"place"})
 MAGNET = frozenset({"magnet"})
 CATCH_PS = 50 * PS_PER_S // 1000
 TAP_PS = 10 * PS_PER_S // 1000
-BUTTON_PS = 100 * PS_PER_S // 1000
 HAND_PS = 100 * PS_PER_S // 1000
 
 
@@ -497,12 +496,8 @@ class Send(TimelineAction):
         board.terminal.write(self.text or self.hex or b"")
 
 
-_PIN = re.compile(r"P[A-EH](1[0-5]|[0-9])")
-
-
-def _pin(name: str) -> str:
-    if not _PIN.fullmatch(name):
-        raise ValueError(f'must be a pin of the chip, such as "PA0", not {shown(name)}')
+def _pin_name(name: str) -> str:
+    parse_pin(name)
     return name
 
 
@@ -510,9 +505,9 @@ class PressButton(TimelineAction):
     """Press a button between a pin of the chip and ground, or the supply with ``level`` 1."""
 
     do: Literal["press_button"]
-    pin: Annotated[str, AfterValidator(_pin)]
+    pin: Annotated[str, AfterValidator(_pin_name)]
     level: Annotated[int, Field(ge=0, le=1)] = 0
-    for_: Length = Field(BUTTON_PS, alias="for")
+    for_: Length = Field(to_ps(BUTTON_S), alias="for")
 
     @property
     def length_ps(self) -> int:

@@ -12,12 +12,13 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 from fcu_emulator.emulator.assembly.board import Board
+from fcu_emulator.emulator.buses.gpio import BUTTON_S
 from fcu_emulator.emulator.buses.i2c import I2CFault
-from fcu_emulator.emulator.clock import NEVER_PS, PS_PER_S, format_duration, to_ps
+from fcu_emulator.emulator.clock import NEVER_PS, format_duration, to_ps
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.host.install_hints import command_line
 from fcu_emulator.emulator.live.recording import SessionRecording
-from fcu_emulator.emulator.scenario.timeline import BUTTON_PS, DURATIONS, LONGEST_INPUT, RunMotors
+from fcu_emulator.emulator.scenario.timeline import DURATIONS, LONGEST_INPUT, RunMotors
 from fcu_emulator.emulator.scenario.toml_writer import parse_entry
 from fcu_emulator.emulator.world import World
 
@@ -140,7 +141,7 @@ class BoardRecording:
 
     def _pressed(self, name: str, at_ps: int, given: dict[str, Any]) -> None:
         table = {"do": "press_button", "pin": given["pin"], "level": given.get("level", 0)}
-        table["for"] = format_duration(to_ps(given.get("seconds", BUTTON_PS / PS_PER_S)))
+        table["for"] = format_duration(to_ps(given.get("seconds", BUTTON_S)))
         self._add(at_ps, table, f"board.{name}")
 
     def _called(self, name: str, at_ps: int, given: dict[str, Any]) -> None:

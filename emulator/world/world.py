@@ -347,7 +347,7 @@ class World(Changes):
         if axis not in EULER_AXES:
             raise InputError(f"axis must be {choices(EULER_AXES)}, not {axis!r}", kind="choice")
         if profile not in ("linear", "minimum_jerk"):
-            raise InputError(f"profile must be linear or minimum_jerk, not {profile!r}", kind="choice")
+            raise InputError(f"profile must be 'linear' or 'minimum_jerk', not {profile!r}", kind="choice")
         start, end = self._span(start_s, duration_s)
         pace = (Linear if profile == "linear" else MinimumJerk)(start, end - start)
         start_deg = self._euler_deg_at(start)

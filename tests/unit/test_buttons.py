@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -51,9 +52,7 @@ def test_pin_is_low_while_any_press_lasts(presses: list[tuple[int, int]]) -> Non
     gpio = Gpio(clock, Trace())
     gpio.set_pull("A", 0, 1)
     for begin, length in presses:
-        clock.schedule(
-            begin * MS, lambda begin=begin, length=length: gpio.press("A", 0, 0, (begin + length) * MS)
-        )  # type: ignore[misc]
+        clock.schedule(begin * MS, partial(gpio.press, "A", 0, 0, (begin + length) * MS))
     for ms in range(0, 101, 5):
         clock.advance_to(ms * MS + 1)
         pressed = any(begin <= ms < begin + length for begin, length in presses)

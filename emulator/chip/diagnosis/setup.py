@@ -6,6 +6,7 @@ The functions in the firmware show the intention of the program.
 from __future__ import annotations
 
 from fcu_emulator.emulator.boards.description import BoardSignals
+from fcu_emulator.emulator.buses.gpio import parse_pin
 from fcu_emulator.emulator.buses.uart import BAUD
 from fcu_emulator.emulator.chip.chip import Chip
 from fcu_emulator.emulator.chip.cpu.exceptions import FIRST_INTERRUPT, bits
@@ -169,7 +170,7 @@ def byte_left(chip: Chip, signals: BoardSignals) -> Cause | None:
     """Report a received byte that was left in the DR of an idle SPI."""
     for name, bus in signals.spi.items():
         status = chip.core.peripherals[name].peek(_SR)
-        idle = all(signals.gpio.level(select[1], int(select[2:])) for select in bus.chip_selects)
+        idle = all(signals.gpio.level(*parse_pin(select)) for select in bus.chip_selects)
         if bus.chip_selects and idle and status & (_RXNE | _BSY) == _RXNE:
             return _left_in(name)
     return None

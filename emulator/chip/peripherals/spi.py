@@ -16,7 +16,7 @@ from collections.abc import Callable
 from typing import Any, Final, get_args
 
 from fcu_emulator.emulator.boards.description import AbsentPart
-from fcu_emulator.emulator.buses.gpio import Gpio
+from fcu_emulator.emulator.buses.gpio import Gpio, parse_pin
 from fcu_emulator.emulator.buses.spi import SpiBus
 from fcu_emulator.emulator.chip.library import FcuChip
 from fcu_emulator.emulator.chip.peripherals.gpio import PORTS
@@ -123,7 +123,7 @@ class SpiWire:
             raise ValueError(f"{bus.name} must have at most {_SENSORS} sensors, not {len(self._sensors)}")
         self._targets = [chip.targets.add(sensor) for sensor in self._sensors]
         for sensor, target in zip(self._sensors, self._targets, strict=True):
-            port, pin = sensor.chip_select[1], int(sensor.chip_select[2:])
+            port, pin = parse_pin(sensor.chip_select)
             gpio.frequent(port, pin)
             gpio.drive(port, pin, 1, by="pull-up of the part")
             chip.library.fcu_add_spi_sensor(chip.handle, number, PORTS.index(port), pin, target)
