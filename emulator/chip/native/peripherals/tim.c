@@ -7,50 +7,30 @@
  * that the ticks fit into 64 bits. catch_up() needs few steps. The first step goes to the next update, which
  * loads the preloaded registers; then one step skips all whole cycles.
  *
+ * Inputs are in tim_inputs.c, outputs in tim_outputs.c.
+ *
  * NOT MODELLED, with a note: slave modes, external clocks, encoders (SMCR), DMA on capture and compare, DMA bursts.
- * NOT MODELLED, silent: break input, dead time; outputs as levels; input filters; CCxS = 3; synchronisation after
- * CEN. A compare flag is raised when the counter arrives at CCR, not when a write makes CNT and CCR equal. A gated
- * timer continues to count.
+ * NOT MODELLED, silent: synchronisation after CEN. A compare flag is raised when the counter arrives at CCR, not when a
+ * write makes CNT and CCR equal. A timer without clock (RCC) continues to count.
  */
 #include "fcu.h"
 
 #include <string.h>
 
-#include "generated/registers_tim.h"
-
-#define REGISTER(tim, offset) ((tim)->registers[(offset) >> 2])
+#include "peripherals/tim_counter.h"
 
 _Static_assert(sizeof TIM_RESETS[0] == sizeof((Tim *)0)->registers, "the registers of a timer");
 
 /* Flags of SR, enable bits of DIER and events of EGR. */
-#define CC_FLAGS (SR_CC1IF | SR_CC2IF | SR_CC3IF | SR_CC4IF)
 #define COM_TRIGGER (SR_COMIF | SR_TIF)
 #define ALL_FLAGS 0xFFu
 #define CC_DMA (DIER_CC1DE | DIER_CC2DE | DIER_CC3DE | DIER_CC4DE)
 #define ECE_SMS (SMCR_ECE | SMCR_SMS)
-/* Masks at the position of channel 1. */
-#define OCM(settings) FIELD(settings, CCMR1_OC1M)
-#define ICPSC(settings) FIELD(settings, CCMR1_IC1PSC)
-#define CCS(settings) FIELD(settings, CCMR1_CC1S)
-enum { FORCED_LOW = 4, FORCED_HIGH = 5, PWM1 = 6, PWM2 = 7 };
 /* A handler that clears the flag later than this is late. Exception entry and HAL's check of flags take
  * about a hundred instructions. */
 #define LATE_AFTER_PS INT64_C(10000000)
 
 enum { NOTE_SMCR, NOTE_DIER, NOTE_DCR, NOTE_DMAR };
-
-typedef struct {
-  uint8_t flags, number; /* bits of SR, and the NVIC input that they raise */
-} TimIrq;
-
-typedef struct TimVariant {
-  uint32_t base;
-  uint8_t apb, bits, channels, alternate;
-  bool advanced;
-  enum Request request;
-  TimIrq irqs[4];                 /* an entry with flags 0 ends the list */
-  const char *pins[TIM_CHANNELS]; /* "A8 E9" */
-} TimVariant;
 
 static const TimVariant VARIANTS[TIMERS] = {
   {TIM1_BASE, 2, 16, 4, 1, true, REQUEST_TIM1_UP,
@@ -75,92 +55,6 @@ static uint32_t compare_flags(const TimVariant *variant) { return low_bits(varia
 static uint32_t bits_of(const TimVariant *variant, uint32_t offset) {
   return TIM_EXISTING[variant - VARIANTS][offset >> 2];
 }
-
-/* Return -1 if the pin has no channel. */
-static int channel_of_pin(const TimVariant *variant, char port, int pin) {
-  for (int channel = 0; channel < variant->channels; channel++) {
-    for (const char *name = variant->pins[channel]; *name;) {
-      char letter = *name++;
-      int number = 0;
-      for (; *name && *name != ' '; name++) {
-        number = 10 * number + *name - '0';
-      }
-      name += *name == ' ';
-      if (letter == port && number == pin) {
-        return channel;
-      }
-    }
-  }
-  return -1;
-}
-
-/* index is a position in a cycle (12.3.2, 13.3.2). When the timer counts up, index is the value of CNT. When
- * it counts down, index is the distance from ARR. A centre-aligned cycle goes from 0 to ARR and back to 0 in
- * 2 * ARR counts. The arrival at 0 is an overflow or underflow; in centre-aligned mode, so is the arrival at
- * ARR.
- *
- * A negative index is outside of the cycle, because ARR was set below the counter. An upcounter then
- * continues to its largest value and wraps without an event. A downcounter moves back into the cycle. The
- * manual does not document this case for the centre-aligned mode; here the model counts up.
- */
-
-static int64_t modulus(const Tim *tim) { return INT64_C(1) << tim->variant->bits; }
-
-/* Section 12.3.2. */
-static bool is_blocked(const Tim *tim) { return tim->arr == 0; }
-
-static void set_active_arr(Tim *tim, int64_t arr) {
-  tim->arr = arr;
-  tim->overflow_period = tim->mode == TIM_CENTRE ? arr : arr + 1;
-  tim->cycle_length = tim->mode == TIM_CENTRE ? 2 * arr : arr + 1;
-}
-
-static int64_t cnt_of(const Tim *tim) {
-  if (tim->mode == TIM_DOWN) {
-    return tim->arr - tim->index;
-  }
-  if (tim->index < 0) {
-    return tim->index + modulus(tim);
-  }
-  return tim->index > tim->arr ? 2 * tim->arr - tim->index : tim->index;
-}
-
-static bool is_falling(const Tim *tim) {
-  return tim->mode == TIM_DOWN || (tim->mode == TIM_CENTRE && tim->index >= tim->arr);
-}
-
-/* Parameter falling affects the centre-aligned mode only. */
-static void set_cnt(Tim *tim, int64_t value, bool falling) {
-  if (tim->mode == TIM_DOWN) {
-    tim->index = tim->arr - value;
-  } else if (value > tim->arr) {
-    tim->index = value - modulus(tim);
-  } else if (tim->mode == TIM_CENTRE && falling && value) {
-    tim->index = 2 * tim->arr - value;
-  } else {
-    tim->index = value;
-  }
-}
-
-/* The caller makes sure that the counter is not blocked. */
-static int64_t steps_to_overflow(const Tim *tim) {
-  bool within = tim->index < tim->overflow_period; /* usually true; otherwise a slow division is needed */
-  return tim->overflow_period - (within ? tim->index : tim->index % tim->overflow_period);
-}
-
-static int64_t overflows_in(const Tim *tim, int64_t steps) {
-  int64_t first = steps_to_overflow(tim);
-  return steps < first ? 0 : 1 + (steps - first) / tim->overflow_period;
-}
-
-static int64_t steps_to(const Tim *tim, int64_t position) {
-  int64_t steps = position - tim->index;
-  return steps > 0 || tim->index < 0 ? steps : steps + tim->cycle_length;
-}
-
-static uint32_t flag_of(int channel) { return 2u << channel; }
-
-static bool is_input(const TimChannel *channel) { return CCS(channel->settings) != 0; }
 
 /* Counter positions at which the flag is set. A compare value above ARR sets the flag at the overflow
  * (12.4.5). CMS selects the direction: 1 down, 2 up, 3 both (12.4.1). */
@@ -210,84 +104,6 @@ static void raise_compare_flags(Tim *tim, int64_t steps) {
       REGISTER(tim, SR) |= flag_of(n);
     }
   }
-}
-
-/* Section 12.3.6. */
-static void capture(Tim *tim, int channel) {
-  if (REGISTER(tim, SR) & flag_of(channel)) {
-    REGISTER(tim, SR) |= flag_of(channel) << 8;
-  }
-  REGISTER(tim, SR) |= flag_of(channel);
-  REGISTER(tim, CCRx(channel + 1)) = (uint32_t)cnt_of(tim);
-}
-
-/* Return whether the channel captures input `source`: its own input (CCxS = 1) or its neighbour's (CCxS =
- * 2). */
-static bool listens_to(const TimChannel *channel, int number, int source) {
-  uint32_t selected = CCS(channel->settings);
-  return (selected == 1 && source == number) || (selected == 2 && source == (number ^ 1));
-}
-
-/* Check polarity (CCxP, CCxNP) and prescaler (ICxPSC). */
-static bool captures(TimChannel *channel, bool level) {
-  const uint32_t both_edges = CCER_CC1P | CCER_CC1NP;
-  bool both = (channel->enable & both_edges) == both_edges, rising = !(channel->enable & CCER_CC1P);
-  if (!(channel->enable & CCER_CC1E) || (!both && level != rising)) {
-    return false;
-  }
-  if (++channel->edges < 1u << ICPSC(channel->settings)) {
-    return false;
-  }
-  channel->edges = 0;
-  return true;
-}
-
-/* -- TIM5: an oscillator at input 4 (13.4.21) --------------------------------------------------------------- */
-
-#define OSCILLATOR_INPUT 3
-enum { REMAP_LSI = 1, REMAP_LSE = 2 };
-
-/* Return 0 if the input is connected to the pin or to nothing. */
-static int64_t oscillator_hz(const Tim *tim) {
-  const Clocks *clocks = &tim->peripheral.chip->clocks;
-  uint32_t remap = FIELD(REGISTER(tim, OR), OR_TI4_RMP);
-  if (tim->edge_event < 0) {
-    return 0;
-  }
-  return remap == REMAP_LSI ? clocks->lsi_hz : remap == REMAP_LSE ? clocks->lse_hz : 0;
-}
-
-static bool is_remapped(const Tim *tim, int source) {
-  return tim->edge_event >= 0 && source == OSCILLATOR_INPUT && REGISTER(tim, OR) & OR_TI4_RMP;
-}
-
-/* Return the channels that capture the edges of this input, as flags of SR. */
-static uint32_t oscillator_flags(const Tim *tim) {
-  uint32_t flags = 0;
-  for (int n = 0; n < tim->variant->channels; n++) {
-    const TimChannel *channel = &tim->channels[n];
-    flags |= listens_to(channel, n, OSCILLATOR_INPUT) && channel->enable & CCER_CC1E ? flag_of(n) : 0;
-  }
-  return flags;
-}
-
-/* The number of edges since power-on; edges with even numbers rise. */
-static int64_t edges_until(int64_t now_ps, int64_t hz) { return (int64_t)((__int128)now_ps * 2 * hz / PS_PER_S); }
-
-static void schedule_edge(Tim *tim) {
-  Chip *chip = tim->peripheral.chip;
-  int64_t hz = oscillator_hz(tim);
-  uint32_t flags = hz ? oscillator_flags(tim) : 0;
-  if (tim->edge_event < 0) {
-    return;
-  }
-  if (!flags) {
-    event_cancel(chip, tim->edge_event);
-    return;
-  }
-  __int128 next = edges_until(chip->now_ps, hz) + 1;
-  int64_t at_ps = (int64_t)((next * PS_PER_S + 2 * hz - 1) / (2 * hz));
-  (REGISTER(tim, DIER) & flags ? event_schedule : event_defer)(chip, tim->edge_event, at_ps);
 }
 
 /* -- the counts of ticks --------------------------------------------------------------------------------- */
@@ -547,31 +363,16 @@ static inline void reschedule(Tim *tim) {
   }
 }
 
+void tim_catch_up(Tim *tim) { catch_up(tim); }
+
+void tim_reschedule(Tim *tim) { reschedule(tim); }
+
 static void sync(Tim *tim) {
   catch_up(tim);
   reschedule(tim);
 }
 
 static void on_event(Peripheral *peripheral) { sync((Tim *)peripheral); }
-
-static void capture_edge(Tim *tim, int source, bool level) {
-  catch_up(tim);
-  for (int n = 0; n < tim->variant->channels; n++) {
-    if (listens_to(&tim->channels[n], n, source) && captures(&tim->channels[n], level)) {
-      capture(tim, n);
-    }
-  }
-  reschedule(tim);
-}
-
-static void on_edge(Peripheral *peripheral) {
-  Tim *tim = (Tim *)peripheral;
-  int64_t hz = oscillator_hz(tim);
-  if (hz) {
-    capture_edge(tim, OSCILLATOR_INPUT, edges_until(peripheral->chip->now_ps, hz) % 2 == 0);
-  }
-  schedule_edge(tim);
-}
 
 /* Return the time of the next flag that the counter or an oscillator's edge sets. */
 static int64_t next_flag_ps(Tim *tim) {
@@ -593,8 +394,7 @@ static uint32_t value_of(const Tim *tim, uint32_t offset) {
   return REGISTER(tim, offset);
 }
 
-/* Return a copy at the current time, without effects on the chip. */
-static Tim at_present(const Tim *tim) {
+Tim tim_at_present(const Tim *tim) {
   Tim now = *tim;
   /* so that the copy causes no DMA request and no tick; enabled flags have events, and no such event is
      due */
@@ -605,7 +405,7 @@ static Tim at_present(const Tim *tim) {
 }
 
 static uint32_t tim_peek(const Peripheral *peripheral, uint32_t offset) {
-  Tim now = at_present((const Tim *)peripheral);
+  Tim now = tim_at_present((const Tim *)peripheral);
   return value_of(&now, offset);
 }
 
@@ -703,7 +503,7 @@ static void generate_events(Tim *tim, uint32_t events) {
   }
   for (int n = 0; n < tim->variant->channels; n++) {
     if (events & flag_of(n) && is_input(&tim->channels[n])) {
-      capture(tim, n);
+      tim_capture(tim, n);
     } else if (events & flag_of(n)) {
       REGISTER(tim, SR) |= flag_of(n);
     }
@@ -757,7 +557,7 @@ static void tim_write(Peripheral *peripheral, uint32_t offset, uint32_t value, u
   } else {
     REGISTER(tim, offset) = (REGISTER(tim, offset) & ~mask) | value;
     register_changed(tim, offset);
-    schedule_edge(tim);
+    tim_schedule_edge(tim);
   }
   reschedule(tim);
 }
@@ -774,12 +574,6 @@ static void tim_clocks_changed(Peripheral *peripheral) {
     catch_up(tim);
     change_clock(tim, peripheral->chip->now_ps, hz);
     reschedule(tim);
-  }
-}
-
-void timers_oscillators_changed(Chip *chip) {
-  for (int timer = 0; timer < TIMERS; timer++) {
-    schedule_edge(&chip->timers.timers[timer]);
   }
 }
 
@@ -801,7 +595,7 @@ static void tim_reset(Peripheral *peripheral) {
   channels_changed(tim);
   discard_tick(tim);
   reschedule(tim);
-  schedule_edge(tim);
+  tim_schedule_edge(tim);
 }
 
 static const PeripheralType TIM = {
@@ -821,74 +615,13 @@ void timers_create(Chip *chip) {
     peripheral_create(chip, &tim->peripheral, &TIM, VARIANTS[n].base, TIM1_SIZE, TIM_OFFSETS);
     tim->variant = &VARIANTS[n];
     tim->event = event_create(&tim->peripheral, on_event);
-    tim->edge_event = tim->variant->base == TIM5_BASE ? event_create(&tim->peripheral, on_edge) : -1;
+    tim->edge_event = tim->variant->base == TIM5_BASE ? event_create(&tim->peripheral, tim_oscillator_edge) : -1;
     tim_reset(&tim->peripheral);
   }
 }
 
-void timers_pin_changed(Chip *chip, int port, int pin, bool level) {
-  int function = chip->alternate[port][pin];
-  for (int timer = 0; function > 0 && timer < TIMERS; timer++) {
-    Tim *tim = &chip->timers.timers[timer];
-    int source = tim->variant->alternate == function ? channel_of_pin(tim->variant, "ABCDEH"[port], pin) : -1;
-    if (source < 0 || is_remapped(tim, source)) {
-      continue;
-    }
-    capture_edge(tim, source, level);
-  }
-}
-
-static const Tim *timer_of(const Chip *chip, int32_t index) { return (const Tim *)chip->peripherals[index]; }
-
-void fcu_connect_timers(Chip *chip, const TimCalls *calls) { chip->timers.calls = *calls; }
-
-const TickCounts *fcu_timer_counts(const Chip *chip, int32_t index) { return &timer_of(chip, index)->counts; }
-
-double fcu_timer_rate(const Chip *chip, int32_t index) {
-  Tim now = at_present(timer_of(chip, index));
-  int64_t ticks = now.prescale * now.overflow_period * (now.repetition + INT64_C(1));
-  return is_blocked(&now) ? 0.0 : (double)now.hz / (double)ticks;
-}
-
 int64_t fcu_timer_next_change(const Chip *chip, int32_t index) {
-  Tim now = at_present(timer_of(chip, index));
+  Tim now = tim_at_present((const Tim *)chip->peripherals[index]);
   now.next_known = false;
   return next_flag_ps(&now);
-}
-
-/* PWM mode 1 is active while CNT < CCR; when the timer counts down, while CNT <= CCR (12.3.9). */
-static double duty_below(const Tim *tim, uint32_t compare) {
-  double cycle = tim->mode == TIM_CENTRE ? (double)tim->arr : (double)tim->arr + 1;
-  double share = (tim->mode == TIM_DOWN ? compare + 1.0 : compare) / cycle;
-  return share < 1 ? share : 1;
-}
-
-/* Return a negative number if the channel has neither PWM nor a constant level. */
-static double duty_of(const Tim *tim, const TimChannel *channel) {
-  uint32_t mode = OCM(channel->settings);
-  double active;
-  if (is_input(channel) || !(channel->enable & CCER_CC1E)) {
-    return -1;
-  }
-  if (mode == FORCED_LOW || mode == FORCED_HIGH) {
-    active = mode == FORCED_HIGH;
-  } else if ((mode == PWM1 || mode == PWM2) && tim->arr) {
-    active = duty_below(tim, channel->compare);
-    active = mode == PWM2 ? 1 - active : active;
-  } else {
-    return -1;
-  }
-  return channel->enable & CCER_CC1P ? 1 - active : active;
-}
-
-int32_t fcu_timer_pwm(const Chip *chip, int32_t index, int32_t channel, double *frequency_hz, double *duty) {
-  Tim now = at_present(timer_of(chip, index));
-  if (channel < 1 || channel > now.variant->channels) {
-    return -1;
-  }
-  bool off = now.variant->advanced && !(REGISTER(&now, BDTR) & BDTR_MOE);
-  int halves = now.mode == TIM_CENTRE ? 2 : 1;
-  *duty = duty_of(&now, &now.channels[channel - 1]);
-  *frequency_hz = is_blocked(&now) ? 0 : (double)now.hz / (double)(now.prescale * now.overflow_period * halves);
-  return *duty >= 0 && !off && now.running && !is_blocked(&now);
 }
