@@ -96,7 +96,7 @@ class Sensor:
     ) -> Self:
         """Build the sensor; KeyError if a signal is missing.
 
-        ``errors``: None for an ideal sensor; ``powered_on_ps``: power-on time, None if the sensor has started up.
+        ``errors``: None for an ideal sensor; ``powered_on_ps``: power-on time; None if start-up is already over.
         """
         construct: Callable[..., Self] = cls
         own = [signals[quantity.name] for quantity in cls.SIGNALS]

@@ -37,7 +37,7 @@ class SpiTarget:
         return self.part.version
 
     def answers(self) -> bool:
-        """Return whether the sensor answered when last selected."""
+        """Return whether the sensor answered at its latest selection."""
         return not self._booting
 
     def select(self) -> None:
