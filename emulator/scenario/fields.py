@@ -104,7 +104,7 @@ def within(allowed: Range) -> FieldInfo:
     return info
 
 
-# TOML has arrays, but no tuples: Strict(False) accepts an array for the tuple, but its elements stay strict.
+# TOML has arrays, but no tuples: Strict(False) accepts an array for the tuple. The elements stay strict.
 Vector = Annotated[tuple[float, float, float], Strict(False)]
 
 
@@ -299,7 +299,7 @@ class Resources:
         try:
             size = path.stat().st_size
         except OSError:
-            return  # the later read reports the error
+            return  # a later read reports the error
         self._bytes_left -= size
         if self._bytes_left < 0:
             most = f"{_MAX_TOTAL_BYTES >> 20} MiB"
