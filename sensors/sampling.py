@@ -69,7 +69,7 @@ class SampleStream:
         self._width = width
         self._produce: Producer = produce
         self._num, self._den = 1, 1
-        self._earlier = 0  # number of samples before the last start
+        self._earlier = 0  # number of samples before the latest start
         self._forgetting: list[Callable[[int], None]] = []
         self._origin_ps = 0  # the time of sample ``_origin_index``
         self._origin_index = 0

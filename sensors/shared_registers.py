@@ -69,7 +69,7 @@ class Train(ctypes.Structure):
     )
 
     def set_effects(self, holds: Sequence[int], releases: Sequence[int]) -> None:
-        """Set, for each byte, the bytes that block data update holds and releases when it is read."""
+        """For each byte, set the bytes that block data update freezes and releases when the byte is read."""
         self.holds[: self.width], self.releases[: self.width] = holds, releases
 
     def fill(self, version: int, samples: bytes, times_ps: Sequence[int], *, stale: bool) -> None:

@@ -1,6 +1,6 @@
 """One quantity over time: the pieces of its track, overlays that are added to it, and the pace of a motion.
 
-A constant result has one row, so that a world at rest is cheap. A hand's motion has minimum jerk (Flash and
+A constant result has one row, so that a motionless world needs little time. A hand's motion has minimum jerk (Flash and
 Hogan, J. Neurosci. 5, 1985).
 
 Decision: a piece of a track is active until the next piece starts, and planning a piece discards later plans.

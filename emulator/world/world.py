@@ -162,7 +162,7 @@ class World(Changes):
         self.set_soft_iron(soft)
 
     def set_gravity(self, m_s2: float) -> None:
-        """Set gravity. A free fall in progress keeps the value of its start."""
+        """Set gravity. A free fall in progress continues with the value at its start."""
         self._set(self._gravity, limits.GRAVITY.check("m_s2", m_s2), "acc")
 
     # -- following a hand -----------------------------------------------------------------------------------

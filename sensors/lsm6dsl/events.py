@@ -1,7 +1,7 @@
 """The event functions as one feature, fed with every accelerometer sample before LPF2 (AN5040 section 5).
 
-An event that is latched (LIR) and routed to a pin is held until its source register is read. SINGLE_DOUBLE_TAP latches
-the double tap, not the single tap (by 5.5.3; 5.5.1 disagrees).
+If an event is latched (LIR) and routed to a pin, it stays set until its source register is read. SINGLE_DOUBLE_TAP
+latches the double tap, not the single tap (by 5.5.3; 5.5.1 disagrees).
 """
 
 from __future__ import annotations

@@ -43,7 +43,7 @@ from fcu_emulator.sensors.register_file import NEVER_PS
 
 
 class FifoBuffer:
-    """Words, oldest first; new words that do not fit overwrite the oldest.
+    """Words, oldest first; if the memory is full, new words overwrite the oldest.
 
     The count of a full memory reads 0 with OVER_RUN, because the count has 11 bits (AN5040 Table 64). ``gone``:
     number of removed words.
