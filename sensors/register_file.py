@@ -158,7 +158,7 @@ class RegisterFile:
             self._set_access(register, access, before, after)
 
     def set_status(self, register: type[Register], before: ReadHook) -> None:
-        """Call the hook ``before`` to update ``register``; its only effect must be to process all due samples."""
+        """Call the hook ``before`` to update ``register``; the hook must do nothing but process due samples."""
         self.before_read(register, before)
         self._set_access(register, STATUS, before, None)
 

@@ -188,9 +188,7 @@ def _same_entry(name: str, one: ObservedItem, other: ObservedItem, rules: Rules,
         return _same_text(one, other, rules)
     (ticks, lost), (other_ticks, other_lost) = (map(int, count.groups()) for count in counts if count)
     most = max(ticks, other_ticks)
-    late = (
-        most * _grace_ps(rules, end_ps) / max(end_ps, 1)
-    )  # maximum number of ticks between the starts of both timers
+    late = most * _grace_ps(rules, end_ps) / max(end_ps, 1)  # maximum ticks between the timers' starts
     return abs(ticks - other_ticks) <= late + 1 and abs(lost - other_lost) <= most / 100
 
 

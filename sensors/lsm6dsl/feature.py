@@ -115,7 +115,7 @@ class FeatureContext:
 
 
 class Feature(Protocol):
-    """One function of the chip, which is called only while it is ``active``."""
+    """One function of the chip. While it is not ``active``, only ``configure`` and ``reset`` are called."""
 
     active: bool
     CONFIGURATION: tuple[type[Register], ...]
