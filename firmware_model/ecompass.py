@@ -23,7 +23,7 @@ MAG_MAX_START = -10000
 
 
 def MagCalibration(mag: AxesRaw_TypeDef, mag_min: AxesRaw_TypeDef, mag_max: AxesRaw_TypeDef) -> None:
-    """Extend the extremes by this sample in mgauss, then subtract the extremes' centre from the sample."""
+    """Extend the extremes to include ``mag`` (mgauss), then subtract the extremes' centre from ``mag``."""
     x, min_x, max_x = mag.AXIS_X, mag_min.AXIS_X, mag_max.AXIS_X
     y, min_y, max_y = mag.AXIS_Y, mag_min.AXIS_Y, mag_max.AXIS_Y
     z, min_z, max_z = mag.AXIS_Z, mag_min.AXIS_Z, mag_max.AXIS_Z

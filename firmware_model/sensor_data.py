@@ -1,6 +1,6 @@
 """Sensors of the lab's main.c: start-up, reading, scaling, and axes.
 
-Vectors have X right, Y forward, Z up out of the component side: out.X = -raw.Y, out.Y = raw.X,
+Vectors point X right, Y forward, and Z up from the component side: out.X = -raw.Y, out.Y = raw.X,
 out.Z = raw.Z.
 
 Decision: sensors are read in bursts of 6, 6, 6 and 3 bytes. The 24 one-byte transactions of ST's
@@ -81,7 +81,7 @@ _SPIN_MS = 1000
 def initializeAllSensors(hal: Hal) -> None:
     """Initialise the sensors. **Never return** if a sensor is missing or has another identity.
 
-    The loop has delays, because only HAL calls take virtual time.
+    The endless loop contains delays, because only HAL calls take virtual time.
     """
     for init in (LSM6DSL_X_Init, LSM6DSL_G_Init, LIS2MDL_Init, LPS22HB_Init):
         if init(hal) != COMPONENT_OK:
@@ -154,7 +154,7 @@ class SensorReader:
     ) -> float:
         """Update ``acc`` (mg), ``gyro`` (mdps), ``mag`` (mgauss). Return the pressure in hPa.
 
-        After a failed read, a value does not change. ``press`` is the previous pressure.
+        After a failed read, a value does not change. ``press``: the previous pressure.
         """
         self._acc.read(acc)
         self._gyro.read(gyro)

@@ -1,7 +1,7 @@
 """Register-level models of the three sensors on the STEVAL-FCU001V1.
 
-A sensor has registers, accessed at a given virtual time, and physical signals, given to its constructor. This package
-needs only numpy.
+The registers of a sensor are accessed at a given virtual time. Its physical signals are arguments of the constructor.
+This package needs only numpy.
 
 ================  ================================================================
 part              base class of every sensor, and the I2C protocol
@@ -44,7 +44,7 @@ _HOMES = {
     "AccessError": "register_file",
     "Sensor": "part",
 }
-"""Names are loaded on first use: C headers are generated from register declarations without numpy."""
+"""Names are loaded on first use, so that C headers are generated from register declarations without numpy."""
 
 __all__ = ["LIS2MDL", "LPS22HB", "LSM6DSL", "SENSORS", "AccessError", "Sensor"]
 

@@ -19,8 +19,8 @@ Mode: TypeAlias = Literal[0, 1, 2, 3]
 class Output:
     """Output registers of one measured quantity.
 
-    ``address``: of the first byte, with X first; ``size``: bytes per axis, little endian; ``zero``: value of the
-    quantity at which the registers read 0.
+    ``address``: address of the first byte (X comes first); ``size``: bytes per axis, little endian; ``zero``:
+    value of the quantity at which the registers read 0.
     """
 
     address: int

@@ -234,7 +234,7 @@ class FrontEnd:
 
 
 def add_noise(values: Array, noise: Array, highest: float) -> Array:
-    """Return ``values + noise``; samples whose conversions were all clipped get no noise."""
+    """Return ``values + noise``; if all conversions of a sample were clipped, the sample gets no noise."""
     overload = np.abs(values) >= highest * _ALL_CLIPPED
     noisy = values + noise
     return np.where(overload, values, noisy) if overload.any() else noisy

@@ -35,7 +35,7 @@ Signal: TypeAlias = Callable[[Times], NDArray[np.float64]]
 """A quantity at n times, with shape (n, 3) in the sensor's axes, or (n,). If the quantity's ``one_row`` is True, a
 constant signal may return a single row.
 
-A signal that is a plain function must return filtered values.
+If a signal is a plain function, it must return filtered values.
 """
 
 
@@ -96,7 +96,7 @@ class Sensor:
     ) -> Self:
         """Build the sensor; KeyError if a signal is missing.
 
-        ``errors``: None for an ideal sensor; ``powered_on_ps``: power-on time, None if the sensor has started up.
+        ``errors``: None for an ideal sensor; ``powered_on_ps``: power-on time; None if start-up is already over.
         """
         construct: Callable[..., Self] = cls
         own = [signals[quantity.name] for quantity in cls.SIGNALS]
@@ -323,7 +323,7 @@ class SubaddressTarget:
         self.address_mask = ADDRESSES - 1 | bit
         """Bits of a sub-address that the sensor evaluates."""
         self.last_burst = (0, 0)
-        """Sub-address and length of the last read or write; the next transfer continues after it."""
+        """Sub-address and length of the latest read or write; the next transfer continues after these bytes."""
         self._expects_subaddress = False
         self._booting = not part.accessible(now_ps())  # checked again only while it is True
 

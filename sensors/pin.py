@@ -1,7 +1,7 @@
 """An interrupt or data-ready pin.
 
-A sensor computes lazily. So it may report an edge late, but it reports the true time of the edge. A listener that needs
-edges in time calls the sensor's ``catch_up`` at ``next_event_ps``.
+A sensor computes lazily. So it may report an edge late, but it reports the true time of the edge. If a listener needs
+edges in time, it calls the sensor's ``catch_up`` at ``next_event_ps``.
 """
 
 from __future__ import annotations

@@ -101,7 +101,7 @@ class RegisterFile:
 
     ``wrap``: address jumps within a burst. Sensor models read ``mem`` directly. ``version`` counts state
     changes of the sensor, except new samples and reads. ``held``: bytes that block data update does not refresh, as
-    :func:`fcu_emulator.sensors.shared_registers.bit`. C reads ``mem``, ``version`` and ``held``.
+    bits of :func:`fcu_emulator.sensors.shared_registers.bit`. C reads ``mem``, ``version`` and ``held``.
     """
 
     def __init__(
@@ -158,7 +158,7 @@ class RegisterFile:
             self._set_access(register, access, before, after)
 
     def set_status(self, register: type[Register], before: ReadHook) -> None:
-        """Call the hook ``before`` to update ``register``; the hook may only process due samples of all outputs."""
+        """Call the hook ``before`` to update ``register``; the hook must do nothing but process due samples."""
         self.before_read(register, before)
         self._set_access(register, STATUS, before, None)
 

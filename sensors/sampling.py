@@ -69,7 +69,7 @@ class SampleStream:
         self._width = width
         self._produce: Producer = produce
         self._num, self._den = 1, 1
-        self._earlier = 0  # number of samples before the last start
+        self._earlier = 0  # number of samples before the latest start
         self._forgetting: list[Callable[[int], None]] = []
         self._origin_ps = 0  # the time of sample ``_origin_index``
         self._origin_index = 0
@@ -283,7 +283,7 @@ class DataReady:
     overrun_shift: int = 0
 
     def all(self) -> int:
-        """Return every flag, without overrun flags."""
+        """Return all flags except the overrun flags."""
         mask = self.any
         for flag in self.words:
             mask |= flag
@@ -377,7 +377,7 @@ class OutputWords:
             self._held[0] = 0
 
     def reset(self) -> None:
-        """Let the words read 0 until the next sample."""
+        """Make the words read 0 until the next sample."""
         self.stream.data = bytes(self._end - self._first)
 
     def refresh(self, now_ps: int) -> None:

@@ -8,13 +8,13 @@ The *access* of a byte says how C reads the byte:
 * ``OUTPUT`` + n: take the due samples of train n, return the byte, and apply the effects of reading.
 
 A *train* is an output's current sample and the next ones, with their times. The effects of reading a
-byte are constant. ``keep``: status bits that the read does not clear; ``holds``: bytes that block data update then
-freezes; ``releases``: bytes that it then allows to change again.
-A new sample sets the status bits ``flags``. If the previous sample was not read, the new one also sets the overrun
+byte are constant. ``keep``: status bits that the read does not clear; ``holds``: bytes that block data update
+freezes after the read; ``releases``: bytes that may change again after the read.
+A new sample sets the status bits ``flags``. If the previous sample was not read, the new sample also sets the overrun
 flags, ``overrun_shift`` bits higher.
 
-Each change of the sensor's state (``version``) ends all trains. Python takes a train back before it takes samples
-itself, and adds ``taken`` to its own count. ``emulator/chip/native/peripherals/sensor_registers.c`` reads trains.
+Each change of the sensor's state (``version``) ends all trains. Python ends a train before it takes samples
+itself, and adds ``taken`` to its count. ``emulator/chip/native/peripherals/sensor_registers.c`` reads trains.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class Train(ctypes.Structure):
     )
 
     def set_effects(self, holds: Sequence[int], releases: Sequence[int]) -> None:
-        """Set, for each byte, the bytes that block data update holds and releases when it is read."""
+        """For each byte, set the bytes that block data update freezes and releases when the byte is read."""
         self.holds[: self.width], self.releases[: self.width] = holds, releases
 
     def fill(self, version: int, samples: bytes, times_ps: Sequence[int], *, stale: bool) -> None:

@@ -1,6 +1,6 @@
 """ST's SPI protocol, common to all sensors (LSM6DSL datasheet 6.3, LIS2MDL 6.2, LPS22HB 7.3).
 
-The sensor answers on SDO (4-wire) or SDI (3-wire). A host that reads the wrong line gets 0xFF. Writes always work.
+The sensor answers on SDO (4-wire) or SDI (3-wire). On the wrong line, the host reads 0xFF. Writes always work.
 
 Decision: a sensor that loads its trimming values after power-on drives nothing and ignores commands, so the host reads
 0xFF. The documents only say "not accessible" (AN5040 5.7, AN5069 3).
@@ -37,7 +37,7 @@ class SpiTarget:
         return self.part.version
 
     def answers(self) -> bool:
-        """Return whether the sensor answered when last selected."""
+        """Return whether the sensor answered at its latest selection."""
         return not self._booting
 
     def select(self) -> None:

@@ -41,7 +41,7 @@ TIMING_PS = 20 * PS_PER_MS
 _LOOP_PS = 2 * PS_PER_S  # one period of the lab's main loop, including text, with a margin
 _DRIFT = 25  # a run may be late by 1/25 of its duration
 _CONTEXT = 3
-_SAME_AFTER = 8  # number of entries that must be equal after an entry that only one run has
+_SAME_AFTER = 8  # number of entries that must be equal after an entry of only one run
 _COUNTS = re.compile(r"(\d+) ticks, (\d+) lost")
 _NEGATIVE_ZERO = re.compile(r"-(?=0(?:\.0+)?(?![\d.]))")
 """The minus sign of a zero. Comparisons ignore it: -0.0f equals 0.0f, and -0 equals 0."""
@@ -188,7 +188,7 @@ def _same_entry(name: str, one: ObservedItem, other: ObservedItem, rules: Rules,
         return _same_text(one, other, rules)
     (ticks, lost), (other_ticks, other_lost) = (map(int, count.groups()) for count in counts if count)
     most = max(ticks, other_ticks)
-    late = most * _grace_ps(rules, end_ps) / max(end_ps, 1)  # ticks between the starts of the timers, at most
+    late = most * _grace_ps(rules, end_ps) / max(end_ps, 1)  # maximum ticks between the timers' starts
     return abs(ticks - other_ticks) <= late + 1 and abs(lost - other_lost) <= most / 100
 
 

@@ -59,7 +59,7 @@ def field_hint(lines: Sequence[LabLine]) -> Hint | None:
 
 
 def changes(lines: Sequence[LabLine]) -> tuple[Numbers, float, LabLine] | None:
-    """Return MAG's constant error by axis, the field's modulus, both in mgauss, and the last line.
+    """Return MAG's constant error by axis and the field's modulus (both in mgauss), and the final line.
 
     Return None if the board was not turned far enough, or MAG's changes are wrong.
     """

@@ -1,4 +1,4 @@
-"""Wrong formulas that give the printed angles and altitude from other numbers of the same block.
+"""Wrong formulas that compute the printed angles and altitude from other numbers in the same block.
 
 Decision: the candidates are a fixed list of whole formulas, as students write them, because a
 search for formulas would also fit noise.

@@ -119,7 +119,7 @@ _TOGGLE = "BSP_LED_Toggle"
 
 
 def _toggled(board: Board, name: str, angle: str, looks: Sequence[_LedCondition]) -> Iterator[Diagnosis]:
-    """Yield a diagnosis if an LED changes at regular intervals on a still board."""
+    """Yield a diagnosis if an LED changes at regular intervals on a motionless board."""
     pin = board.led(name).pin
     edges_s = [edge.t_s for edge in board.trace.of(GpioEdge) if edge.pin == pin]
     for side, still in groupby(looks, key=lambda one: _side(one.angle) if _is_still(one) else None):

@@ -28,14 +28,14 @@ class Hint(NamedTuple):
     factor: float = 0.0
     """Ratio of the printed value to the truth, if a factor is the only mistake."""
     exchanged_with: Group | None = None
-    """The sensor that shows the numbers of the hint's sensor, if two sensors are exchanged."""
+    """The other sensor, if the lines of two sensors show each other's numbers."""
 
 
 Distance: TypeAlias = Callable[[Sequence[float], Sequence[ValueRange]], float]
 
 
 class Change(NamedTuple):
-    """A possible mistake. ``distance`` compares printed values with the truth after this mistake."""
+    """A possible mistake. ``distance`` compares printed values with the truth as changed by this mistake."""
 
     distance: Distance
     summary: str
@@ -318,7 +318,7 @@ def _swapped(raw: int) -> int:
 
 
 def _around(value: float, group: Group) -> range:
-    """Return the raw values that firmware may truncate to the printed ``value``."""
+    """Return the raw values for which firmware may print ``value``, possibly truncated."""
     slack = math.ceil(1 / group.per_lsb) if group.per_lsb < 1 else 0
     raw = round(value / group.per_lsb)
     return range(raw - slack, raw + slack + 1)

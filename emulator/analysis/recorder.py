@@ -163,7 +163,7 @@ class TruthRecorder:
         return float(self._start_ps - -late_ps // _LOOK_PS * _LOOK_PS) / PS_PER_S
 
     def _look_at_callback(self, handled: Sequence[str], timer: str) -> None:
-        """Count a poll, except in fault handlers: a callback that a fault interrupts stays active."""
+        """Count a poll, except in fault handlers: a callback remains active if a fault interrupts it."""
         if _FAULTS.isdisjoint(handled):
             self.looks_at_callback += 1
             self.callback_seen += any(timer in name for name in handled)

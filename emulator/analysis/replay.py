@@ -1,8 +1,8 @@
 """Replay of Python firmware on recorded samples. Only the firmware's arithmetic and text may differ.
 
 The main loop reads a line's values when the last bit of the previous text is sent (TC, RM0368
-19.3.2). A callback begins with the first transfer after the previous callback's transfers. A loop that
-reads variables immediately after a delay may read them a tick late.
+19.3.2). A callback begins with the first transfer after the previous callback's transfers. If a loop
+reads variables immediately after a delay, it may read them one tick late.
 
 Decision: the transfers are fed to the firmware's HAL calls, not to its arithmetic, so that drivers
 and boot are included.

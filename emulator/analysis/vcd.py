@@ -3,7 +3,7 @@
 Decision: all wires in the VCD file have one bit, because sigrok stops reading at a vector.
 
 The package pyvcd (extra ``views``) writes the file and requires increasing times, so edges are kept
-for ``HELD_PS`` and then written. Transfers that take longer are omitted and counted.
+for ``HELD_PS`` and then written. Longer transfers are omitted and counted.
 """
 
 from __future__ import annotations

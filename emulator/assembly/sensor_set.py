@@ -151,7 +151,7 @@ def _replace(errors: PartErrors, numbers: Numbers) -> PartErrors:
 
 
 class PinWatch:
-    """Delivers a sensor's pin edges, at their times, to pins and trace."""
+    """Reporter of a sensor's pin edges to pins and trace, at the times of the edges."""
 
     def __init__(self, part: Sensor, clock: Clock, trace: Trace) -> None:
         self._part = part

@@ -40,11 +40,11 @@ class Terminal:
 
     @property
     def text(self) -> str:
-        """All text since power-on, or at least the last 8 MiB."""
+        """All text since power-on, or at least the latest 8 MiB."""
         return decoded(self.uart.received())
 
     def read(self) -> bytes:
-        """Return the bytes printed since the last ``read()``."""
+        """Return the bytes printed since the previous ``read()``."""
         data, self._read = self.since(self._read)
         return data
 

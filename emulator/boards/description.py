@@ -111,8 +111,8 @@ class AbsentPart:
 class Wiring:
     """One way to connect all sensors to ``bus``.
 
-    ``places``: each sensor's 7-bit address or chip select ("PA8"). ``symbols``: names that only
-    firmware for this wiring has.
+    ``places``: each sensor's 7-bit address or chip select ("PA8"). ``symbols``: names that
+    occur only in firmware for this wiring.
     """
 
     name: str

@@ -1,8 +1,8 @@
 """The board's pins (RM0368 section 8).
 
 A pin is low if any output drives it low. Without outputs, the pull resistor sets the level. A
-floating input reads 0; on the real board it reads noise. The trace shows edges of the chip's outputs.
-It shows a released pin as 1.
+floating input reads 0; on the real board it reads noise. The trace shows edges of the chip's outputs,
+and a released pin as 1.
 
 Decision: two conflicting outputs on a pin are not an error but give 0, because no exercise can
 short outputs on this board.

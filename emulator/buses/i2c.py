@@ -23,7 +23,7 @@ FAST_MODE_HZ = 400_000
 BUSY_TIMEOUT_PS = 25 * PS_PER_MS  # I2C_TIMEOUT_BUSY_FLAG of ST's HAL
 SCANNED_ADDRESSES = 8
 
-"""Firmware that tries at least this number of unused addresses is searching for devices."""
+"""If firmware tries at least this number of unused addresses, it searches for devices."""
 
 
 def is_scan(counts: Iterable[int]) -> bool:
@@ -78,7 +78,7 @@ class I2CTarget(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class I2CFault:
-    """A rule that breaks transfers from ``from_s`` until ``until_s``, in seconds since power-on.
+    """A rule that makes transfers fail from ``from_s`` until ``until_s``, in seconds since power-on.
 
     ``absent``: no device answers at ``address``;
     ``nack``: byte ``byte_index`` of a write is not acknowledged (0: the address);
@@ -167,9 +167,9 @@ class I2CBus:
         self.when_changed: list[Callable[[], None]] = []
         """Functions that are called after a fault has been injected or a device attached."""
         self.elsewhere: list[Callable[[], Iterable[Message]]] = []
-        """Functions that return latest messages that only the master has recorded."""
+        """Functions that return the latest messages recorded only by the master."""
         self.shortest_ps = PS_PER_S // speed_hz if speed_hz < FAST_MODE_HZ else 0
-        """Shortest period of SCL, or 0 for no limit. If a bus is created slow, firmware cannot make it faster."""
+        """Shortest period of SCL, or 0 for no limit. If the bus has a low speed at first, firmware cannot raise it."""
         self.set_speed(speed_hz)
 
     def set_speed(self, speed_hz: int) -> None:

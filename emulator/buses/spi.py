@@ -40,7 +40,7 @@ class SpiBus:
         self.unaddressed: deque[tuple[int, int | None]] = deque(maxlen=_RECENT)
         """Bytes transferred while no device was selected: (time in ps, byte sent, or None for a byte read)."""
         self.take_messages: Callable[[], None] = lambda: None
-        """Function that is called before the lists are read, so that a master can add its recorded messages."""
+        """Function called before the lists are read, so that a master can add its recorded messages."""
         self._clock = clock
         self._trace = trace
         self._targets: dict[str, tuple[Sensor, SpiTarget]] = {}

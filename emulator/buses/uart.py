@@ -292,7 +292,7 @@ class Uart:
     def _next_arrives(self) -> None:
         typed = self._typed[0]
         value = typed.data[0]
-        del typed.data[:1]  # a bytearray does not move the rest
+        del typed.data[:1]  # a bytearray does not move its other bytes
         typed.arrived += 1
         if not typed.data:
             self._typed.popleft()

@@ -1,11 +1,11 @@
 """Field types of scenario tables: strict types, quantities with units, files, patterns.
 
 A scenario may be untrusted, and its error messages quote files. Therefore file names must be
-relative, without ``..`` or a link out of the folder. The largest recording takes 180 MB and ten
+relative, without ``..`` or a link out of the folder. The largest recording needs 180 MB and ten
 seconds.
 
-A compiled pattern takes 500 bytes for each repetition of an element (``regex`` 2026). At the limit,
-a scenario's patterns take 50 MB and 0.1 s.
+A compiled pattern needs 500 bytes for each repetition of an element (``regex`` 2026). At the limit,
+a scenario's patterns need 50 MB and 0.1 s.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ def within(allowed: Range) -> FieldInfo:
     return info
 
 
-# TOML has arrays, but no tuples: Strict(False) accepts an array for the tuple, but its elements stay strict.
+# TOML has arrays, but no tuples: Strict(False) accepts an array for the tuple. The elements stay strict.
 Vector = Annotated[tuple[float, float, float], Strict(False)]
 
 
@@ -299,7 +299,7 @@ class Resources:
         try:
             size = path.stat().st_size
         except OSError:
-            return  # the later read reports the error
+            return  # a later read reports the error
         self._bytes_left -= size
         if self._bytes_left < 0:
             most = f"{_MAX_TOTAL_BYTES >> 20} MiB"

@@ -22,7 +22,7 @@ _DIFF_LINES = 3  # lines in a finding
 
 
 class ExpectLineFollows(Windowed):
-    """A line is printed at least every ``max_gap`` while a condition is true, and never otherwise.
+    """While a condition is true, a line is printed at intervals of at most ``max_gap``; otherwise, never.
 
     The line equals ``text`` or matches ``pattern``. The line is optional within the margin, and for
     the time ``settle`` after a change.

@@ -24,7 +24,7 @@ from fcu_emulator.sensors import SENSORS
 
 
 class ExpectLed(Windowed):
-    """A LED is on, or is off, during the whole window."""
+    """A LED is on during the whole window, or off during the whole window."""
 
     ON_TERMINAL = False
 
@@ -59,7 +59,7 @@ class _LedSample(NamedTuple):
     since_ps: int
     """The time at which the board reached this side of the threshold."""
     changed: tuple[int, float]
-    """Time and angle of the LED's change since the previous sample, or, without a change, of this sample."""
+    """Time and angle of the LED's change after the previous sample; without a change, those of this sample."""
 
     def at_change(self) -> _LedSample:
         return self._replace(at_ps=self.changed[0], angle=self.changed[1])
@@ -249,13 +249,13 @@ def _is_late(samples: Sequence[_LedSample], wrong: Sequence[_LedSample]) -> bool
 
 
 def _catches_up(samples: Sequence[_LedSample], wrong: Sequence[_LedSample]) -> bool:
-    """Return whether the LED was correct each time before the board left a side."""
+    """Return whether the LED became correct each time before the board crossed the threshold again."""
     last = {one.since_ps: one for one in samples}
     return all(last[one.since_ps].lit is one.steep for one in wrong)
 
 
 def _shows_the_past(samples: Sequence[_LedSample]) -> bool:
-    """Return whether the LED always shows a side on which the board was in the last 2.4 s."""
+    """Return whether the LED always shows a side on which the board was in the preceding 2.4 s."""
     last_ps: dict[bool, int] = {}
     for one in samples:
         last_ps[one.steep] = one.at_ps

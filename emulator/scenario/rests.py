@@ -74,7 +74,7 @@ def _follows_other(rests: Sequence[Rest], beyond: float) -> bool:
 
 
 def _is_one_sided(wrong: Sequence[Rest], shown: Sequence[Rest]) -> bool:
-    """Return whether lines are missing on one side only, and printed only on the other side."""
+    """Return whether the lines are missing on one side only, and are printed on the other side only."""
     silent_sides = {rest.value > 0 for rest in wrong}
     shown_sides = {rest.value > 0 for rest in shown}
     return all(rest.holds for rest in wrong) and len(silent_sides) == 1 and not silent_sides & shown_sides

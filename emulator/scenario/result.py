@@ -23,7 +23,7 @@ class ExpectationResult:
     """Result of one expectation at a moment. ``key``: its place in the file (``expect[2]``)."""
 
     expected: str
-    """The expectation, or only the part that is not met."""
+    """The expectation, or only the unmet part."""
     fault: Fault | None = None
     seen: str = ""
     diff: tuple[str, ...] = ()

@@ -191,7 +191,7 @@ TILT_STEP_PS = SAMPLE_STEP_PS = 10 * PS_PER_MS
 
 
 def tilts_of(world: World, at_ps: Sequence[int]) -> list[TiltSample]:
-    """Return the inclination at moments that the world still remembers."""
+    """Return the inclination at moments in the world's history."""
     if not at_ps:
         return []
     pitch, roll = lab_angles(world.specific_force_g(np.array(at_ps) / PS_PER_S))
@@ -213,7 +213,7 @@ def deviation(field: str, printed: float, wanted: float) -> float:
 
 
 def settle_text(settle_ps: int) -> str:
-    """Describe the time of the true values with which :meth:`PrintedLine.error` compares."""
+    """Describe the time from which :meth:`PrintedLine.error` takes true values."""
     return f"in the last {settle_ps / PS_PER_MS:g} ms"
 
 
@@ -241,7 +241,7 @@ class PrintedLine:
     """By field: instants (N,) in s up to printing, and true values (N,)."""
 
     def error(self, name: str, printed: float, settle_ps: int) -> float:
-        """Return the smallest deviation from the truth in the last ``settle_ps``."""
+        """Return the smallest deviation from the truth in the time ``settle_ps`` before printing."""
         t_s, values = self.truth[name]
         recent = values[t_s >= t_s[-1] - settle_ps / PS_PER_S - 1e-9]
         return min((deviation(name, printed, float(value)) for value in recent), key=abs)

@@ -159,7 +159,7 @@ class Scenario:
         return self.contents.sensors.settings()
 
     def board_errors(self, quality: Quality, seed: int) -> BoardErrors:
-        """Return the deviations in the file. Deviations that the file lacks are random."""
+        """Return the deviations in the file. Deviations not in the file are random."""
         return replace(BoardErrors.of_quality(quality, seed), **self.contents.board)
 
     def create_world(self, clock: Clock, own: BoardErrors | None = None) -> World:

@@ -153,7 +153,7 @@ class SteelTable(Table):
 class WorldTable(Table):
     """[world]: the state at power-on. The default is Zurich, flat, 25 degC.
 
-    Missing iron values are random for the sensors' quality. An ideal board has no iron.
+    A missing iron value is random and depends on the sensors' quality. An ideal board has no iron.
     """
 
     roll_deg: Annotated[float, within(limits.ANGLE)] = 0.0

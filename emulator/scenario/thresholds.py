@@ -1,4 +1,4 @@
-"""Threshold tables: the board rests just inside and just outside of each threshold.
+"""Threshold tables: the board stops just inside and just outside of each threshold.
 
 ::
 
@@ -7,8 +7,8 @@
     value = 45
     margin = 1
 
-This table becomes rests at 44, 46, -44, -46 and 55 degrees of roll (ten margins beyond 45), and at
-46 degrees of pitch, in random order.
+For this table, the board stops at 44, 46, -44, -46 and 55 degrees of roll (ten margins beyond 45), and
+at 46 degrees of pitch, in random order.
 
 Decision: a threshold becomes entries of the timeline when a file is read. Random poses were
 rejected, because a program with the threshold 40 degrees instead of 45 passed.
@@ -31,11 +31,11 @@ _FAR = 10  # distance in multiples of the margin
 
 
 class ThresholdTable(Table):
-    """One ``[[threshold]]``: quantity, threshold, and distance of the rests from the threshold.
+    """One ``[[threshold]]``: quantity, threshold, and distance of the stops from the threshold.
 
     ``both_sides``: whether minus ``value`` is a threshold, too (default: only for angles). ``at``:
     begin (default: 2 s, or the end of the previous threshold). Each motion takes the time ``turn``,
-    each rest the time ``rest``.
+    each stop the time ``rest``.
     """
 
     quantity: Literal["pitch", "roll", "Altitude"]
@@ -62,7 +62,7 @@ class ThresholdTable(Table):
         return self.quantity != "Altitude"
 
     def poses(self) -> list[tuple[str, float]]:
-        """Return (quantity, value) of each rest."""
+        """Return (quantity, value) of each stop."""
         both = self.is_angle if self.both_sides is None else self.both_sides
         inside, outside = self.value - self.margin, self.value + self.margin
         signs = (1, -1) if both else (1,)
@@ -105,7 +105,7 @@ def put_in_place(
 ) -> tuple[dict[str, Any], list[ThresholdSection]]:
     """Return the table with motions instead of thresholds, and the part of the run for each threshold.
 
-    The function ``pick`` selects a random order. By default, ``duration`` ends with the last rest. Raises
+    The function ``pick`` selects a random order. By default, the run ends after the final stop. Raises
     ScenarioError.
     """
     timeline = table.get("timeline", [])

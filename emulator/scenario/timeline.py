@@ -350,7 +350,7 @@ class Setter(Jump):
     """A value that changes without a motion."""
 
     def plan(self, world: World, start_s: float) -> None:
-        """Call the world's method by position, because the method's arguments have shorter names."""
+        """Pass arguments by position, because the parameters of the world's method have shorter names."""
         del start_s
         getattr(world, dict(self)["do"])(*self.arguments().values())
 
@@ -409,7 +409,7 @@ class TakeMagnetAway(Jump):
 
 
 class SetPressure(Setter):
-    """Set the weather so that the board's current altitude has this pressure."""
+    """Set the weather so that the pressure at the board's current altitude has this value."""
 
     do: Literal["set_pressure"]
     pressure_hpa: Annotated[float, within(limits.PRESSURE)]

@@ -59,7 +59,7 @@ def entry_line(entry: TimelineAction, at_ps: int, interrupts: bool = False) -> s
 def timeline(entries: Iterable[tuple[int, TimelineAction]]) -> str:
     """Return ``timeline = [...]``, with one line for each (time in ps, entry).
 
-    An entry that ends another motion early gets the key ``interrupts``.
+    If an entry ends another motion early, it gets the key ``interrupts``.
     """
     busy_until: dict[str, int] = {}
     lines = []

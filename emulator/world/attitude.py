@@ -146,7 +146,7 @@ class Attitude(Protocol):
 
 
 class Held:
-    """Rest at ``euler_deg`` (3,). A following sweep starts at these values."""
+    """Rest at ``euler_deg`` (3,). The next sweep starts at these values."""
 
     pace_s = math.inf
 
@@ -319,7 +319,7 @@ APPROACH = 0.1  # share of the duration for the turn to the field's direction, a
 
 @dataclass(frozen=True, eq=False)
 class WavedEight:
-    """Figures-of-eight that a hand draws from rotation ``start`` (3, 3) and back to it."""
+    """Figures-of-eight that a hand draws; they begin and end at rotation ``start`` (3, 3)."""
 
     start: Array
     turns: int
@@ -384,7 +384,7 @@ def _align(start: Array, field: Array) -> Array:
     if strength == 0.0:
         return start
     seen = start.T @ field / strength  # in board axes
-    normal = np.array([0.0, -seen[2], seen[1]])  # X cross seen
+    normal = np.array([0.0, -seen[2], seen[1]])  # cross product of X and ``seen``
     sine = np.linalg.norm(normal)
     axis = normal / sine if sine > 0.0 else Z
     angle = np.arctan2(sine, seen[0])

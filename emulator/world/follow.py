@@ -1,9 +1,9 @@
-"""Pieces of attitude and altitude that follow a target which changes often, for example with a mouse.
+"""Pieces of attitude and altitude that follow a frequently changing target, for example one set with a mouse.
 
-A board follows a steady hand with a delay of 3 / w. With w = 4 / time constant, this delay is three quarters of the
-time constant. The remaining quarter is for the time between commands. For an attitude, the deviation x is the rotation
-vector from target to board. The derivatives of x use the "right Jacobian" of SO(3) (Chirikjian, "Stochastic Models,
-Information Theory, and Lie Groups" 2, 2012, section 10.3).
+If a hand moves steadily, the board follows with a delay of 3 / w. With w = 4 / time constant, this delay is three
+quarters of the time constant. The remaining quarter is for the time between commands. For an attitude, the deviation x
+is the rotation vector from target to board. The derivatives of x use the "right Jacobian" of SO(3) (Chirikjian,
+"Stochastic Models, Information Theory, and Lie Groups" 2, 2012, section 10.3).
 
 Decision: a followed target is approached with three equal poles, so that the board's acceleration is continuous over
 all commands.

@@ -29,7 +29,7 @@ _SINUSOIDS = 4
 _SPREAD_HZ = 2.5  # range of the sinusoids' frequencies
 _OTHER_AXES = 0.5  # angle of the tremor about each of these axes, relative to the angle of the wrist
 _FADE_IN_S = 0.5  # duration of a tremor's start, to avoid a jolt
-_GOLDEN = 0.6180339887498949  # multiples of this share of a turn are never close together
+_GOLDEN = 0.6180339887498949  # multiples of this fraction of a turn are never close together
 
 
 @dataclass(frozen=True, eq=False)

@@ -54,9 +54,7 @@ TIME_CONSTANT = Range(0.001, 100, "s")
 AMPLITUDE = Range(0, 1_000, "g")
 FREQUENCY = Range(0.01, 10_000, "Hz")
 WAY = Range(-100_000, 100_000, "m")
-CLIMB = Range(
-    -500, 500, "m/s2"
-)  # limit for a recorded position; noise that is differentiated twice exceeds it
+CLIMB = Range(-500, 500, "m/s2")  # limit for a recorded position; the second derivative of noise exceeds it
 EXCURSION = Range(0, 100, "m")
 ARM = Range(-2, 2, "m")  # distance from a wrist, an elbow or a shoulder to the board
 TREMOR = Range(0, 1_000, "mg")

@@ -45,8 +45,8 @@ def earth_field(
 ) -> tuple[float, float, float]:
     """Return the Earth's field (north, east, down) in uT by the World Magnetic Model 2025.
 
-    Latitude and longitude are geodetic, the altitude is above the sea. ``"magnetic"`` turns the field to
-    north, ``"true"`` keeps the declination. Raises `InputError` for a value or date out of range.
+    Latitude and longitude are geodetic, the altitude is above the sea. ``north``: ``"magnetic"`` turns the
+    field to north, ``"true"`` keeps the declination. Raises `InputError` for a value or date out of range.
     """
     latitude = limits.LATITUDE.check("latitude_deg", latitude_deg)
     longitude = limits.LONGITUDE.check("longitude_deg", longitude_deg)
@@ -54,7 +54,7 @@ def earth_field(
     year = _decimal_year(date)
     if north not in ("magnetic", "true"):
         raise InputError(f'north must be "magnetic" or "true", not {north!r}', kind="choice")
-    from pygeomag import GeoMag  # only scenarios that name a place need this module
+    from pygeomag import GeoMag  # needed only by scenarios that name a place
 
     model = GeoMag(coefficients_file="wmm/WMM_2025.COF")
     first, last = model.life_span

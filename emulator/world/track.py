@@ -1,6 +1,6 @@
 """One quantity over time: the pieces of its track, overlays that are added to it, and the pace of a motion.
 
-A constant result has one row, so that a world at rest is cheap. A hand's motion has minimum jerk (Flash and
+A constant result has one row, so that a motionless world needs little time. A hand's motion has minimum jerk (Flash and
 Hogan, J. Neurosci. 5, 1985).
 
 Decision: a piece of a track is active until the next piece starts, and planning a piece discards later plans.
@@ -76,7 +76,7 @@ class Track(Generic[P]):
             del self._starts[:old], self._pieces[:old]
 
     def evaluate(self, t_s: Array, function: Callable[[P, Array], Array]) -> Array:
-        """Return ``function(piece, t_s)`` of the active pieces at ``t_s`` (N,). Its first axis is N, or 1 if constant.
+        """Return ``function(piece, t_s)`` of the active pieces at ``t_s`` (N,): N rows, or 1 if constant.
 
         Raises InputError for a time whose piece was dropped.
         """
@@ -215,7 +215,7 @@ class Agitation(Spans[float]):
         """
         if end_s <= 0.0:
             return
-        if self._recent:  # the commands of a hand, 50 per second, become one motion
+        if self._recent:  # the commands of a hand, 50 per second, are merged into one motion
             last = self._recent[-1]
             if last.event == event and last.start_s <= start_s <= last.end_s:
                 self._recent[-1] = last._replace(end_s=max(last.end_s, end_s))

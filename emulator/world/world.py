@@ -63,7 +63,7 @@ SHAKE_DIRECTIONS = {"north": (1.0, 0.0, 0.0), "west": (0.0, 1.0, 0.0), "up": (0.
 class World(Changes):
     """The true state for all sensors. The present is the time of ``clock``, or power-on without a clock.
 
-    At power-on the board lies flat and still on the floor, X to the north, in the air and field of Zurich.
+    At power-on the board lies flat on the floor without motion, X to the north, in the air and field of Zurich.
     A setter changes the value immediately. Invalid values raise `InputError`.
     """
 
@@ -82,14 +82,14 @@ class World(Changes):
         self._plan_height((now, RestSegment(rest_m)))
 
     def set_pressure(self, hpa: float) -> None:
-        """Set the pressure at the board's altitude, by changing it at the floor."""
+        """Set the pressure at the board's altitude, by changing the pressure at the floor."""
         here = limits.PRESSURE.check("hpa", hpa)
         now = np.array([self._clock.now_s])
         ratio = pressure_ratio(self._altitude_m(now), self._temperature_degc(now))[0]
         self._set(self._floor_pressure, here / ratio, "pressure")
 
     def set_temperature(self, degc: float) -> None:
-        """Set the air temperature; the board follows slowly."""
+        """Set the air temperature; the board's temperature follows slowly."""
         now_degc = limits.TEMPERATURE.check("degc", degc)
         now = self._clock.now_s
         if now > 0.0:  # at power-on the board already has the air's temperature
@@ -108,7 +108,7 @@ class World(Changes):
         self._set(self._humidity, limits.HUMIDITY.check("percent", percent), "humidity")
 
     def set_magnetic_field(self, north_ut: float, east_ut: float, down_ut: float) -> None:
-        """Set the Earth's field, NED. Disturbances are still added to it."""
+        """Set the Earth's field, NED. Disturbances are added to this field."""
         self._set(self._earth, ned_to_nwu_mgauss(north_ut, east_ut, down_ut), "mag")
 
     def put_steel(
@@ -162,7 +162,7 @@ class World(Changes):
         self.set_soft_iron(soft)
 
     def set_gravity(self, m_s2: float) -> None:
-        """Set gravity. A free fall in progress keeps the value of its start."""
+        """Set gravity. A free fall in progress continues with the value at its start."""
         self._set(self._gravity, limits.GRAVITY.check("m_s2", m_s2), "acc")
 
     # -- following a hand -----------------------------------------------------------------------------------
@@ -192,7 +192,7 @@ class World(Changes):
     def follow_altitude(
         self, metres: float, time_constant_s: float = TIME_CONSTANT_S, start_s: float | None = None
     ) -> float:
-        """Rise or sink towards ``metres`` above the floor, in the manner of `follow_attitude`."""
+        """Rise or sink towards ``metres`` above the floor, like `follow_attitude`."""
         target_m = limits.ALTITUDE.check("metres", metres)
         time_constant = limits.TIME_CONSTANT.check("time_constant_s", time_constant_s)
         start = self._start(start_s)
@@ -249,7 +249,7 @@ class World(Changes):
         tremor_hz: float = TREMOR_HZ,
         start_s: float | None = None,
     ) -> float:
-        """Hold the board in a hand: from now on, it turns about the wrist, with a tremor.
+        """Hold the board in a hand: from now on, the board turns about the wrist, with a tremor.
 
         ``wrist_m`` (3,): position of the wrist or elbow in board axes. ``tremor_mg``: peak at the back of the
         hand; 0 for no tremor.
@@ -269,7 +269,7 @@ class World(Changes):
         return start
 
     def put_down(self, start_s: float | None = None) -> float:
-        """Release the board from the hand; the board rests at its present height."""
+        """Release the board from the hand; the board stays at its present height."""
         start = self._start(start_s)
         self._let_go(start)
         self._changed(start, (*TURNED_SIGNALS, "pressure"))

@@ -38,7 +38,7 @@ _TABLE_3 = "datasheet Table 3"
 class LIS2MDLErrors(PartErrors):
     """Deviations of a LIS2MDL, axes in the sensor's frame (datasheet Table 3).
 
-    Assumptions: 120 mgauss removed by cancellation, and 1 % coupling between axes.
+    Assumptions: offset cancellation removes 120 mgauss, and the coupling between axes is 1 %.
     """
 
     PART: ClassVar[str] = "LIS2MDL"

@@ -8,7 +8,7 @@ by ``_NOISE``. The lab's setting has 0.012 hPa. This is 10 cm, less than a step 
 
 Decision: a one-shot conversion takes 13 ms in low-noise mode and 5 ms in low-current mode, as in the related LPS22HH.
 
-Approximation: supply current above power-down grows with the rate (Table 3).
+Approximation: the supply current is that of power-down plus a part proportional to the rate (Table 3).
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ class BarometerSettings:
 class Barometer:
     """Samples of pressure and temperature; signals have shape (n,).
 
-    ``stream``: five bytes per sample, little-endian, before any offset is subtracted.
+    ``stream``: five bytes per sample, little-endian, without subtraction of an offset.
     """
 
     def __init__(

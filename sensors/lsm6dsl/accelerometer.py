@@ -101,7 +101,7 @@ class PowerMode(NamedTuple):
 
 
 def accelerometer_discards(old: PowerMode, new: PowerMode) -> int:
-    """Return the samples to discard after a change of mode."""
+    """Return the number of samples to discard after a change of mode."""
     if new == old or not new.odr_hz:
         return 0
     if old.fast and new.fast:
@@ -124,14 +124,14 @@ _UNCHANGED: Section = (1.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class EventFilters(NamedTuple):
-    """Filters of both views: None while the accelerometer is off, () without filters."""
+    """Filters before and after LPF2: None while the accelerometer is off, () without filters."""
 
     before_lpf2: Sections | None
     after_lpf2: Sections | None
 
 
 class EventSamples:
-    """Both views of the accelerometer's samples; blocks are (3, n), in mg."""
+    """The accelerometer's samples before and after LPF2; blocks are (3, n), in mg."""
 
     def __init__(self, unfiltered: Source) -> None:
         self._filters = EventFilters(None, None)
@@ -157,7 +157,7 @@ class EventSamples:
     # -- for the event functions ------------------------------------------------------------------------
 
     def watch(self, number: int, *, on: bool, low_pass: bool) -> None:
-        """Enable or disable both views from sample ``number`` on."""
+        """Enable or disable these samples from sample ``number`` on."""
         if on != self._watched:
             self._watched = on
             self._before.restart(_chain(self._filters.before_lpf2) if on else None, number)
@@ -235,7 +235,7 @@ def event_filters(mem: bytearray, odr_hz: float) -> EventFilters:
 
 
 def analog_hz(mem: bytearray, odr_hz: float, *, high_performance: bool) -> float | None:
-    """Return the cut-off of the analog stage of high performance."""
+    """Return the cut-off of the analog stage, which only high-performance mode uses."""
     if not high_performance:
         return None
     wide = odr_hz >= _ANALOG_WIDE_FROM_HZ and not mem[CTRL1_XL.addr] & CTRL1_XL.BW0_XL.mask

@@ -277,7 +277,7 @@ def on_bank_write(
 ) -> None:
     """Call ``changed(now_ps)`` after a write to any of ``registers``, after all earlier work.
 
-    A write to bank A while a sensor is on causes a note (AN5040 6).
+    If firmware writes to bank A while a sensor is on, a note reports it (AN5040 6).
     """
     mem = chip.registers.mem
 

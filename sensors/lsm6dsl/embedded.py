@@ -7,9 +7,9 @@ Decision: a step of the pedometer is a peak of the acceleration's magnitude (6.1
 The magnitude must fall by the threshold after a peak, and rise by the threshold before the next peak. So no high-pass
 filter is needed.
 
-A tilt event (6.3) is a turn by 35 degrees since the previous event; before the first event the tilt must last 2 s.
-A wrist tilt event (6.4; datasheet 12) is an acceleration above the threshold (sine of an angle) for the entire
-latency time.
+A tilt event (6.3) occurs after a turn by 35 degrees since the previous event; before the first event the tilt must
+last 2 s. A wrist tilt event (6.4; datasheet 12) occurs if the acceleration stays above the threshold (sine of an
+angle) for the entire latency time.
 """
 
 from __future__ import annotations
@@ -222,7 +222,7 @@ class WristTiltSettings:
 
 
 class WristTilt:
-    """Timer of how long each direction is held."""
+    """Timer that measures how long the wrist keeps each direction."""
 
     def __init__(self) -> None:
         self._since_ps: dict[int, int] = {}
@@ -362,7 +362,7 @@ class EmbeddedFunctions:
                 self._sources.fall(events, now_ps)
 
     def _delta_ps(self) -> int:
-        """Return the delta time; 0 unless pedometer and timer run, the timer at low resolution (datasheet 11.19)."""
+        """Return the delta time; 0 unless the pedometer and a timer of low resolution run (datasheet 11.19)."""
         return self._pedometer.delta_ps if self._on & _PEDO and self._timer_runs_slowly() else 0
 
     def _timer_runs_slowly(self) -> bool:

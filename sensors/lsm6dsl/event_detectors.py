@@ -3,7 +3,7 @@
 Decision: a duration of N/ODR ends N periods after the first sample at which the condition was true. Counting N samples
 would make the durations 0 and 1 equal.
 
-The slope (a[n] - a[n-1]) / 2, or a high-pass of one pole, removes gravity (3.7). After switching on, a[-1] is 0. This
+The slope (a[n] - a[n-1]) / 2, or a high-pass of one pole, removes gravity (3.7). After switch-on, a[-1] is 0. This
 causes a spurious wake-up, as on silicon.
 
 Decision: an axis is over the threshold if it measures more than cos(SIXD_THS) of 1 g (5.4). Decision: the first
@@ -292,7 +292,7 @@ class TapDetector:
             self._enter("quiet")
 
 
-# -- inactivity: a resting sensor sleeps, and wakes at the first motion (AN5040 5.6) ------------------------
+# -- inactivity: a motionless sensor sleeps, and wakes at the first motion (AN5040 5.6) ---------------------
 
 _ODR_12_5_HZ = 1
 _GYROSCOPE_SLEEPS, _GYROSCOPE_OFF = 2, 3  # INACT_EN
@@ -329,7 +329,7 @@ class Activity:
         return self.inactive != was
 
     def effective(self, mem: bytearray) -> bytearray:
-        """Return the main bank as it configures the sensors now."""
+        """Return the main bank with the present effects of inactivity."""
         inact = TAP_CFG.INACT_EN.get(mem[TAP_CFG.addr])
         on = inact and mem[TAP_CFG.addr] & TAP_CFG.INTERRUPTS_ENABLE.mask
         if not (self.inactive and on and mem[CTRL1_XL.addr] & CTRL1_XL.ODR_XL.mask):

@@ -1,7 +1,7 @@
 """The event functions as one feature, fed with every accelerometer sample before LPF2 (AN5040 section 5).
 
-An event that is latched (LIR) and routed to a pin is held until its source register is read. SINGLE_DOUBLE_TAP latches
-the double tap, not the single tap (5.5.3, not 5.5.1).
+If an event is latched (LIR) and routed to a pin, it stays set until its source register is read. SINGLE_DOUBLE_TAP
+latches the double tap, not the single tap (by 5.5.3; 5.5.1 disagrees).
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ from fcu_emulator.sensors.register_file import NEVER_PS
 
 
 class EventOutput:
-    """One event: ``bits`` in the source register. If ``latched``, they stay set until the register is read."""
+    """One event: ``bits`` in the source register. If ``latched``, the bits stay set until the register is read."""
 
     __slots__ = ("_name", "_signals", "bits", "latched")
 

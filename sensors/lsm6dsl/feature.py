@@ -1,4 +1,4 @@
-"""Interface of an LSM6DSL function beyond plain measuring, and its context.
+"""Interface and context of an LSM6DSL function other than plain measuring.
 
 The model calls ``catch_up`` before a write to registers that a feature declares; a feature calls ``chip.catch_up``
 before a read of its results. Signals have the routing registers' names: ``DRDY_XL``, ``FTH`` ...
@@ -91,7 +91,7 @@ class FeatureContext:
     """The environment of a feature.
 
     ``banks``: by FUNC_CFG_ACCESS value; ``xl``, ``g``, ``temperature``: streams of little-endian int16 words;
-    ``rate_factor``: true over nominal rates; ``catch_up(now_ps)``: let all active features work.
+    ``rate_factor``: true over nominal rates; ``catch_up(now_ps)``: call ``catch_up`` of all active features.
     """
 
     registers: RegisterFile
@@ -115,7 +115,7 @@ class FeatureContext:
 
 
 class Feature(Protocol):
-    """One function of the chip, never called while not ``active``."""
+    """One function of the chip. While it is not ``active``, only ``configure`` and ``reset`` are called."""
 
     active: bool
     CONFIGURATION: tuple[type[Register], ...]

@@ -43,7 +43,7 @@ from fcu_emulator.sensors.register_file import NEVER_PS
 
 
 class FifoBuffer:
-    """Words, oldest first; new words that do not fit overwrite the oldest.
+    """Words, oldest first; if the memory is full, new words overwrite the oldest.
 
     The count of a full memory reads 0 with OVER_RUN, because the count has 11 bits (AN5040 Table 64). ``gone``:
     number of removed words.
@@ -240,7 +240,7 @@ class Fifo:
         self._update_flags(now_ps)
 
     def next_event_ps(self) -> int:
-        """Return when a routed flag may change; never too late."""
+        """Return the earliest time at which a routed flag may change."""
         settings = self._settings
         if not settings.on_pin or settings.layout.writer is not Writer.DATA_READY or not self._collects():
             return NEVER_PS  # the FIFO waits for another function's event; that function knows the time

@@ -247,7 +247,7 @@ _UNSETTLED = np.frombuffer(b"\xff\x7f" * 3, dtype=np.uint8)
 
 
 class LatestSample:
-    """A stream's latest sample at any time since ``mark``."""
+    """The latest sample of a stream at any time after a call of ``mark``."""
 
     def __init__(self, stream: SampleStream, gates: Gates) -> None:
         self._sensor, self._gates = stream, gates

@@ -107,7 +107,7 @@ _SOURCES = (
 
 
 class FunctionSources:
-    """Owner of the source registers. In the list of features, it is after the features that report events."""
+    """Owner of the source registers. In the list of features, it comes after the features that report events."""
 
     CONFIGURATION: tuple[type[Register], ...] = (
         DRDY_PULSE_CFG_G,
@@ -211,7 +211,7 @@ class FunctionSources:
         self.fall([source for source in self._held_in_order() if source.register is FUNC_SRC2], now_ps)
 
     def _held_in_order(self) -> list[FunctionSource]:
-        """Return the held sources in a fixed order, which a set does not have."""
+        """Return the held sources in a fixed order; the order of a set varies."""
         return [source for source in _SOURCES if source in self._held]
 
     def _set_bit(self, source: FunctionSource, *, on: bool) -> None:

@@ -1,10 +1,10 @@
 """The LSM6DSL's gyroscope: from angular rate to counts (datasheet Table 3; AN5040 section 3).
 
 After power-down the drive starts within ``LSM6DSLErrors.gyro_turn_on_ms``, 35 ms in Table 4; the 70 ms of AN5040 are a
-safe waiting time for drivers. The first samples, whose number Table 16 gives, follow the low-pass step response.
+safe waiting time for drivers. The first samples follow the low-pass step response; Table 16 gives their number.
 Approximation: from 1666 Hz on, samples settle within a few periods; by Table 16 this takes 81 ms.
 
-One low-pass and the filter before decimation give the overall cut-off of Table 19; a pure delay gives the rest of the
+One low-pass and the filter before decimation give the overall cut-off of Table 19; a pure delay adds the remaining
 phase at 20 Hz (3.8). If the filter before decimation alone has too much delay (12.5 to 208 Hz), its cut-off is raised.
 ST gives no phase with LPF1 off; the model then uses the delay of FTYPE = 3.
 
@@ -69,7 +69,7 @@ _G_LOW_POWER, _G_CHANGE = 1, 2  # Table 14: low power, after the drive's start; 
 
 
 def gyroscope_discards(old: PowerMode, new: PowerMode) -> int:
-    """Return the samples to discard after a change of mode, once the drive runs."""
+    """Return the number of samples to discard after a change of mode and the start of the drive."""
     if new == old or not new.odr_hz:
         return 0
     if not new.high_performance:

@@ -80,7 +80,7 @@ class AuxiliaryBus:
         return target is not None and not target.part.i2c_off
 
     def read(self, address: int, subaddress: int, count: int, at_ps: int) -> bytes:
-        """Read bytes from a sensor that acknowledges; the read ends at ``at_ps``."""
+        """Read bytes from a sensor that acknowledges its address; the read ends at ``at_ps``."""
         target = self._begin(address, at_ps)
         target.write(bytes((subaddress,)))
         target.start(read=True)
@@ -180,7 +180,7 @@ class Plan:
 
     @classmethod
     def decode(cls, mem: bytearray) -> Plan:
-        """Decode bank A; slaves fill the outputs in turn."""
+        """Decode bank A; slaves fill the outputs one after the other."""
         config = mem[BankA.SLAVE0_CONFIG.addr]
         extra = BankA.SLAVE0_CONFIG.Aux_sens_on.get(config)
         slaves: list[Slave] = []

@@ -1,7 +1,7 @@
 """Plain measuring: both sensors and the thermometer (AN5040 9), and the supply current.
 
-Approximation (datasheet Tables 3 and 4): outside high performance both sensors together need the sum of their currents,
-at most 650 uA. A sleeping gyroscope needs the current of its slowest mode.
+Approximation (datasheet Tables 3 and 4): outside high-performance mode, both sensors together need the sum of their
+currents, at most 650 uA. A sleeping gyroscope needs the current of its slowest mode.
 """
 
 from __future__ import annotations

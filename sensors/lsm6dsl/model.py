@@ -54,7 +54,7 @@ _FIFO_BURST = {FIFO_DATA_OUT.addr + 1: FIFO_DATA_OUT.addr}  # after FIFO_DATA_OU
 
 
 class Features:
-    """All functions beyond plain measuring, called in a fixed order.
+    """All functions other than plain measuring, called in a fixed order.
 
     Activity recognition calls ``rate_changed(at_ps)``; data enable calls ``stream_changed()``.
     """
@@ -120,7 +120,7 @@ class LSM6DSL(Sensor):
     Signals (:data:`fcu_emulator.sensors.part.Signal`): ``acceleration_g`` is the specific force (n, 3),
     ``angular_rate_dps`` (n, 3), ``temperature_degc`` (n,). ``errors``: None for an ideal sensor; ``seed``: selects the
     noise. ``den_axes_on``: CTRL9_XL resets to 0xE0. ``powered_on_ps``: time of power-on; registers answer 15 ms later
-    (AN5040 5.7). None: the sensor has started up.
+    (AN5040 5.7). None: start-up is already over.
     """
 
     NAME: ClassVar[str] = "LSM6DSL"

@@ -1,6 +1,6 @@
 """The pins INT1 and INT2, and data-ready and boot signals (AN5040 4.2, 4.3, 5.7).
 
-:class:`Routing`, last in the model's list, applies changes in the order of their times.
+:class:`Routing` comes at the end of the model's list, and applies changes in the order of their times.
 
 Decision: while INT2 is an input, the sensor does not drive it, and signals routed to it are lost.
 

@@ -45,7 +45,7 @@ class Timestamp:
         chip.registers.on_write(TIMESTAMP2_REG, self._write)
 
     def value(self, at_ps: int) -> int:
-        """Return the counter at ``at_ps``, which must not be before its latest configuration."""
+        """Return the count at ``at_ps``, which must not be before the counter's latest configuration."""
         if not self.active:
             return self._count
         passed = (at_ps - self._since_ps) * self._factor_num
