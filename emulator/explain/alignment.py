@@ -314,7 +314,7 @@ class Alignment:
     ) -> Mistake | None:
         """Find the constant, factor or summand that gives the printed numbers.
 
-        A constant that an instruction computes is preferred, then the constant with the fewest digits.
+        Prefer a constant that is computed by an instruction, then the constant with the fewest digits.
         """
         for kind in constants(formulas[name]):
             found = [

@@ -49,7 +49,7 @@ POSES: Final = (ProbePose(-25, -55, 75, 140), ProbePose(62, 15, -30, 220), Probe
 """Logged poses. The board is tilted about both axes, so that every exchange of axes changes a value.
 """
 _HARD_IRON_MGAUSS: Final = (720.0, -680.0, 650.0)
-"""Hard iron stronger than the earth's field, so that an extreme that begins at 0 is wrong."""
+"""Hard iron stronger than the earth's field, so that an extreme with the initial value 0 is wrong."""
 _TEMPERATURE_DEGC: Final = 23.5
 _START_UP_S: Final = 0.002
 """Time after which the start-up code has initialized the variables."""

@@ -165,9 +165,7 @@ class LiveSession:
             self._fail(str(error))
         except Exception as error:
             notice = messages.failure(error)
-            if (
-                client is not None or notice.text != self._told
-            ):  # do not repeat a text in each cycle of the loop
+            if client is not None or notice.text != self._told:  # do not repeat a text in each cycle
                 self._publish(notice, client)
             self._told = notice.text if client is None else self._told
 
