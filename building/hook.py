@@ -79,5 +79,5 @@ def _compiler() -> library.Compiler:
 
 
 def _platform() -> str:
-    """Return this machine's tag that names no Linux baseline, because the baseline is unknown here."""
+    """Return this machine's tag without a Linux baseline, because the baseline is unknown here."""
     return next(tag for tag in platform_tags() if "manylinux" not in tag and "musllinux" not in tag)

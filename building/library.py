@@ -29,8 +29,8 @@ NATIVE: Final = runpy.run_path(str(FOLDER / "__init__.py"))
 FLAGS: Final = (
     "-std=gnu11",
     "-O2",
-    # The CPU's flags are written together and then read one by one.
-    # This is a fifth faster without vectorisation.
+    # Code that writes the CPU's flags together and then reads them one by one
+    # is a fifth faster without vectorisation.
     "-fno-tree-slp-vectorize",
     "-fwrapv",  # signed sums wrap with every compiler, as on the chip
     # Export only the functions of fcu.h. Then calls of other functions are direct; polling loops run a sixth faster.

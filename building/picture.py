@@ -1,7 +1,7 @@
 """Draw the moving picture of the README: python building/picture.py
 
 The script starts ``fcu web`` with a scenario, in slow motion, and takes screenshots of the page in Chromium. Each frame
-is shown for the virtual time until the next frame, so the picture has the board's speed. The script writes
+is shown for the virtual time until the next frame, so the picture runs at the board's speed. The script writes
 docs/run.webp. It needs Chromium, and Playwright and Pillow from the extra ``test``.
 """
 

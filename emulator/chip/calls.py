@@ -42,7 +42,7 @@ INSTRUCTIONS: Final = 10_000_000
 """The limit of a call: about 0.15 s of virtual time at 84 MHz."""
 TIMEOUT_S: Final = 1.0
 _RETURN: Final = 0x0FFF_FFFE
-"""The copy stops at this return address, because no memory has this address."""
+"""The return address of a call. No memory has this address, so the copy stops there."""
 _THUMB_BIT: Final = 1 << 24
 _EXCEPTION: Final = 0x1FF
 _SLICE_PS: Final = PS_PER_MS // 10

@@ -31,7 +31,7 @@ def _place(name: str) -> tuple[str, int]:
 
 
 class SystemPeripherals:
-    """The peripherals in Python, without connections to pins and buses. Creation sets ``soc.clocks``."""
+    """The peripherals in Python, without connections to pins and buses. The constructor sets ``soc.clocks``."""
 
     def __init__(self, soc: Soc, inputs: AdcInputs | None = None, oscillators: Oscillators = NOMINAL) -> None:
         lines = {number: InterruptInput(soc, number) for number in (0, 4, 5, 18)}

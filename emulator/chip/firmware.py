@@ -149,8 +149,8 @@ class Limits:
     trace_bytes: int = LARGEST_FILE
     """Maximum size of a trace file in bytes."""
     work_per_s: int = WORK_PER_S
-    """Work for each second of virtual time since power-on, plus one second. The unit is the work of one executed
-    instruction.
+    """Work for each second of virtual time since power-on, and for one second more. The unit is the work of one
+    executed instruction.
     """
 
     def __post_init__(self) -> None:

@@ -113,7 +113,7 @@ def _interrupted(request: BaseException) -> int:
 
 
 def _request_inside(error: BaseException) -> BaseException | None:
-    """Return the request to end that ``error`` wraps. Before Python 3.12, ``__set_name__`` wraps exceptions."""
+    """Return the termination request inside ``error``. Before Python 3.12, ``__set_name__`` wraps exceptions."""
     found: BaseException | None = error
     while found is not None and not isinstance(found, KeyboardInterrupt | Terminated):
         found = found.__cause__ or found.__context__

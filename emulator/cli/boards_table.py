@@ -42,7 +42,7 @@ def points_on_board(seed: int, verdict: Verdict, code: ExitCode) -> BoardResult:
 class BoardsTable:
     """Printer of results. It prints each result as soon as it is added.
 
-    ``all_right``: text for boards without a loss. ``is_lost``: text for a check that boards lose.
+    ``all_right``: text for boards without a loss. ``is_lost``: text for a check that fails on some boards.
     """
 
     def __init__(self, title: str, all_right: str, is_lost: str) -> None:

@@ -37,7 +37,7 @@ _MARKS = (
     re.compile("error:"),
     re.compile("Error "),
 )
-"""Patterns of important lines. Only the first pattern that matches a line is used."""
+"""Patterns of important lines. Only lines of the first pattern with a match are shown."""
 _OPTIONS = ("cpu.options", "compile.options", "link.options")
 _ASSIGNMENT = re.compile(r"(?m)^(BUS|OPT|EXTRA_CFLAGS|PREFIX)[ \t]*[?:]?=[ \t]*(.*?)[ \t]*$")
 

@@ -390,7 +390,7 @@ class _Screen:
         return bool(self._warning) and not done and self._warning[:_COMPARED] in remark.actual
 
     def _unjudged_remarks(self) -> Iterator[str]:
-        """For exercises that have points, yield remarks that this machine cannot check."""
+        """For exercises with earned points, report unjudged checks that have no points."""
         begun = {one.exercise for one in self._verdict.checks if one.points}
         for check in self._verdict.unjudged:
             if not check.max_points and check.exercise in begun:
@@ -400,7 +400,7 @@ class _Screen:
                 )
 
     def _is_written(self, name: str, advice: str) -> bool:
-        """Return whether the student has begun an exercise, by its points, advised functions or findings."""
+        """Return whether points, advised functions or findings show that the student has begun an exercise."""
         if any(one.points for one in self._verdict.of(name)):
             return True
         functions = _FUNCTION.findall(advice)

@@ -251,7 +251,7 @@ def _progress(length: int) -> Iterator[Callable[[Graded], None]]:
 
 
 class _ProgressLines:
-    """Printer of a line after each tenth of the class or two minutes, at most one line in ten seconds."""
+    """Prints a line after each tenth of the class, or after two minutes; at most one line in ten seconds."""
 
     def __init__(self, length: int) -> None:
         self._length = length

@@ -353,7 +353,7 @@ def _judge_and_say(board: Board, runner: Runner, record: RunRecord) -> ExitCode:
 
 
 def _with_sources(result: Result, board: Board, recorder: TruthRecorder) -> Result:
-    """Add to each failed expectation the firmware's statement that the expectation checks."""
+    """To each failed expectation, add the statement that prints the line or switches the LED."""
     if board.chip is None or board.scenario is None or result.passed:
         return result
     from fcu_emulator.emulator.analysis.source_lines import SourceLines  # slow to import: pydantic
@@ -395,7 +395,7 @@ def _say_result(result: Result, code: ExitCode) -> None:
     for finding in result.findings:
         head, *diff = finding.lines
         say_to_user(head, "fail", "FAIL")
-        for line in diff:  # the diff and the source line have the program's text, which must not be wrapped
+        for line in diff:  # the diff and the source line contain program text, which must not be wrapped
             say_to_user(line, wrap=False)
     if result.checks:
         if result.findings:

@@ -243,7 +243,7 @@ class Console:
 if sys.platform != "win32":
 
     def _raw(descriptor: int) -> Callable[[], None]:
-        """Make the console return each key, even Ctrl-C, immediately. Return a function that undoes this.
+        """Make the console deliver each key, even Ctrl-C, immediately. Return a function that undoes this.
 
         The mode of the output does not change.
         """

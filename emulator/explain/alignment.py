@@ -314,7 +314,7 @@ class Alignment:
     ) -> Mistake | None:
         """Find the constant, factor or summand that gives the printed numbers.
 
-        A constant that an instruction computes is preferred, then the constant with the fewest digits.
+        Prefer a constant that is computed by an instruction, then the constant with the fewest digits.
         """
         for kind in constants(formulas[name]):
             found = [
@@ -357,7 +357,7 @@ class Alignment:
         return _DIGITS.stop, formula(value)
 
     def _logs_constant(self, formula: Node, digits: int, computed: Node) -> bool:
-        """Return whether an instruction computes a constant of several digits, or a part around the constant."""
+        """Return whether an instruction computes a constant of several digits, or a part that contains it."""
         _, part = _differing_parts(formula, computed)
         around = [node for node in _nodes(computed) if part in children(node) and node != computed]
         samples = [self._last(self._evaluator(node)) for node in (part, *around)]

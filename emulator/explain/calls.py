@@ -55,7 +55,7 @@ def never_called(image: FirmwareImage, calls: Iterable[LabCall]) -> Iterator[tup
 def _neighbour(
     image: FirmwareImage, places: Places, missing: LabCall, calls: Sequence[LabCall], caller: int
 ) -> Iterator[str]:
-    """Yield the place of the lab's call before the missing call, or else of the call after the missing call."""
+    """Yield the place of the call that precedes the missing call in the lab, or else of the call after it."""
     at = calls.index(missing)
     before = [("after", one) for one in reversed(calls[:at])]
     for where, one in [*before, *(("before", one) for one in calls[at + 1 :])]:

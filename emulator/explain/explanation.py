@@ -118,7 +118,7 @@ class _Explainer:
         """Mistakes that a wrong value found later explains."""
 
     def explain(self, output: ShownNumber) -> Iterator[Explanation]:
-        """Yield the mistakes in an output that no earlier output has.
+        """Yield the mistakes in an output, except mistakes of earlier outputs.
 
         Yield nothing if the output is correct, constant or not printed.
         """

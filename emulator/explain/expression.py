@@ -281,7 +281,7 @@ class Evaluator:
             return self._value(node)
 
     def tolerance(self, samples: Samples) -> npt.NDArray[np.float64]:
-        """Return the largest single-precision difference between equal values, by pose."""
+        """Return, by pose, the largest difference that single-precision rounding may cause."""
         with np.errstate(all="ignore"):
             spread: npt.NDArray[np.float64] = np.abs(samples - samples[0]).max(axis=0)
             least: npt.NDArray[np.float64] = 2 * _SINGLE_PRECISION * np.abs(samples[0])

@@ -1,6 +1,6 @@
 """Run firmware in several poses of an ideal board, and log the values that it computes.
 
-A magnet is fixed to the board, and the board rests in each pose. Formulas count as equal if their values
+A magnet is fixed to the board, and the board is motionless in each pose. Formulas count as equal if their values
 are equal in all poses. The first poses only set the largest and smallest value of each axis.
 """
 
@@ -49,7 +49,7 @@ POSES: Final = (ProbePose(-25, -55, 75, 140), ProbePose(62, 15, -30, 220), Probe
 """Logged poses. The board is tilted about both axes, so that every exchange of axes changes a value.
 """
 _HARD_IRON_MGAUSS: Final = (720.0, -680.0, 650.0)
-"""Hard iron stronger than the earth's field, so that an extreme that begins at 0 is wrong."""
+"""Hard iron stronger than the earth's field, so that an extreme with the initial value 0 is wrong."""
 _TEMPERATURE_DEGC: Final = 23.5
 _START_UP_S: Final = 0.002
 """Time after which the start-up code has initialized the variables."""
@@ -160,7 +160,7 @@ class Probe:
         return _ram(self._core)
 
     def uses_of(self, words: Collection[int]) -> Mapping[int, WordUse]:
-        """Return the instructions that use these words of the RAM in all poses. Call ``run`` before."""
+        """Return the instructions that use these words of the RAM in all poses. Call ``run`` first."""
         uses = {address: WordUse(Counter(), Counter()) for address in words}
         if self._started is None or not uses:
             return uses
@@ -219,7 +219,7 @@ def _watched_run(board: Board, seen: _Bytes, seconds: float) -> None:
 
 
 def _run_until_printed(board: Board) -> None:
-    """Run the board until output that begins after a silent piece of time has ended, or for the longest time."""
+    """Wait for a pause in the output, then run until the next output has ended; at most for the longest time."""
     has_been_silent = has_printed = False
     for _ in range(round(_LOGGED_S / _PIECE_S)):
         before = board.terminal.position

@@ -12,7 +12,7 @@ from fcu_emulator.emulator.chip.cpu.value_log import Values, as_numbers
 
 _TYPES: Final = ("int32", "float32", "float64")
 _MOST_VALUES: Final = 40
-"""An instruction with more values in one pose is in a counter or a copy, where any value may occur.
+"""An instruction with more values in one pose belongs to a counter or a copy, where any value may occur.
 """
 
 

@@ -1,6 +1,6 @@
 """Wrong extremes: variables that should keep the largest or smallest value so far.
 
-A word of the RAM with the correct value after every pose is the variable of a step. The words
+If a word of the RAM has the correct value of a step after every pose, it is the step's variable. The words
 beside this word belong to the steps without a variable. A rule "if v > e then e = w" explains such a word
 if the rule gives all values of the word.
 """

@@ -99,7 +99,7 @@ class CompileError(RejectedError):
     """The program does not compile. ``log`` has the compiler's messages."""
 
     def __init__(self, log: str) -> None:
-        # a line that begins with a space quotes the student's source
+        # lines with a leading space quote the student's source
         first = next((line for line in log.splitlines() if line[:1] != " " and _FAILURE.search(line)), "")
         super().__init__(_link_error(log) or "does not compile" + (f": {one_line(first)}" if first else ""))
         self.log = log

@@ -97,7 +97,7 @@ class NoWarnings(Check):
         lines = run.build_log.splitlines()
         warnings = [
             line for line in lines if "warning:" in line and line[:1] != " "
-        ]  # a quoted line of source begins with a space
+        ]  # a leading space marks a quoted line of source
         if len(warnings) <= self.max:
             return self.met()
         count = f"{len(warnings)} warning{'s' * (len(warnings) > 1)}, the first: {escaped(warnings[0])[:200]}"

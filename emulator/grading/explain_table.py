@@ -127,7 +127,7 @@ class ExplainTable(Table):
         return [LabCall(one.function, one.caller, frozenset(one.checks)) for one in self.call]
 
     def unknown_check(self, known: Collection[str]) -> str:
-        """Return a check that the table names and the rubric does not have, or ""."""
+        """Return a check that is in the table but not in the rubric, or ""."""
         others = [*(one.not_for for one in self.alternative), *(one.checks for one in self.call)]
         named = (*self.shows, *(name for each in others for name in each))
         return next((one for one in named if one not in known), "")

@@ -70,7 +70,7 @@ def _explained(
 
 
 _MissingCalls = Sequence[tuple[frozenset[str], Diagnosis]]
-"""Failed checks, each with a diagnosis of a function that the program has and does not call."""
+"""Pairs of failed checks and the diagnosis of a function that the program has but does not call."""
 
 
 def _mistakes(

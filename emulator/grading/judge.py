@@ -145,7 +145,7 @@ def _checks_by_id(rubric: Rubric) -> dict[str, tuple[ExerciseTable, CheckTable]]
 
 @dataclass(frozen=True)
 class _RunTask:
-    """A run to make and its checks. ``asked``: the checks of all requested exercises."""
+    """A planned run and its checks. ``asked``: the checks of all requested exercises."""
 
     firmware: Program
     seed: int
@@ -378,7 +378,7 @@ class _JudgedRun:
         )
 
     def _source(self, check: CheckTable, results: Sequence[ExpectationResult]) -> str:
-        """Return the statement behind the first failure whose statement is known, or ""."""
+        """Return the first known statement behind a failure, or ""."""
         if not any(one.fault for one in results):
             return ""
         lines = SourceLines(self.recorder)

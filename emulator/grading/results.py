@@ -22,8 +22,8 @@ from fcu_emulator.emulator.text import visible
 Status: TypeAlias = Literal["judged", "partly", "unjudged", "rejected", "missing"]
 """Status of a submission. Only the points of "judged" count.
 
-partly: some checks could not be judged. unjudged: no check could be judged. In neither case
-is the program the cause. rejected: the submission itself cannot be judged.
+partly: some checks could not be judged. unjudged: no check could be judged. The program is not
+the cause in either case. rejected: the submission itself cannot be judged.
 """
 
 

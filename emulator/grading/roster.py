@@ -1,6 +1,6 @@
 """Roster of a class: a CSV file with a line for each student.
 
-Columns are found by name. Only the column of ids is required. A file that is not UTF-8 is read as
+Columns are found by name. Only the column of ids is required. If a file is not UTF-8, it is read as
 Windows-1252.
 """
 

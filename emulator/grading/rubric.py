@@ -137,7 +137,7 @@ class CheckTable(Table):
 
 
 class ExerciseTable(Table):
-    """One ``[[exercise]]``. ``next``: instruction until the exercise is done. ``run``: default run of its checks."""
+    """One ``[[exercise]]``. ``next``: instruction shown until the exercise is done. ``run``: default run of its checks."""
 
     MISPLACED: ClassVar[Mapping[str, str]] = {**_OF_A_RUN, **_OF_THE_TOP, **_OF_A_CHECK}
 

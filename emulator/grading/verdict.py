@@ -32,7 +32,7 @@ class CheckResult(ResultModel):
     ``check``: unique name ("3.pitch"). ``expected`` and ``actual``: sentences. ``printed``: the
     first wrong line, quoted, with its time. ``source``: the statement that prints the line or
     switches the LED. ``finding``: kind of failure, for hints. ``fault``: the general kind.
-    ``detail``: a student sees everything; everything except the expected value; title and outcome;
+    ``detail``: how much a student sees: everything; everything except the expected value; title and outcome;
     or only the outcome.
     """
 

@@ -67,7 +67,7 @@ class WorkerLimits:
     def apply(self) -> tuple[str, ...]:
         """Apply the limits, and return the limits that the system does not enforce.
 
-        Existing limits that are lower remain. Processor time counts from the latest call. Call this
+        Lower existing limits remain. Processor time counts from the latest call. Call this
         method before large imports.
         """
         if sys.platform != "win32":

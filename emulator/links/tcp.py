@@ -87,7 +87,7 @@ class Reader:
     def receive(self) -> bytes:
         if (
             self.gone or len(self._encoded) > CHUNK
-        ):  # send pending answers first, because a reader that does not read must not cause more answers
+        ):  # send pending answers first: otherwise answers to a reader that never reads would accumulate
             return b""
         try:
             data = self._socket.recv(CHUNK)

@@ -26,7 +26,7 @@ _HEARTBEAT_S = 0.5  # added to _FRAME_S while nothing changes
 _SLOWLY_S = 0.1  # time between two updates of registers and bus
 _FINDINGS_S, _VERDICTS_S = 2.0, 0.5  # time between two updates of findings, and of verdicts
 _FAILURE_S = 0.5  # time between two checks for stuck firmware
-_UNSEEN_S = 0.1  # time between two stored states without clients
+_UNSEEN_S = 0.1  # time between two stored states while no client is connected
 _PACE_S = 1.0  # time over which the pace is measured
 # Virtual time, s:
 _TRUTH_S = 0.5  # maximum age of the truth; the pressure wanders by 0.002 hPa in this time

@@ -9,7 +9,7 @@ MOST_KEPT = 2000  # maximum number of messages in the queue
 
 
 class Outbox:
-    """Messages for one page, only for the server's thread."""
+    """Messages for one page, for use only in the server's thread."""
 
     def __init__(self) -> None:
         self.filled = asyncio.Event()

@@ -57,7 +57,7 @@ _MOST_UPLOADS = 2  # each with up to 11 MiB
 
 
 class LiveSession:
-    """One board after another, each with a pace and commands.
+    """Runs one board after another, each with a pace and commands.
 
     Raises FcuError if the first board cannot be created. ``record``: scenario file of the session,
     written at the end and at each power-on.
@@ -165,7 +165,7 @@ class LiveSession:
             self._fail(str(error))
         except Exception as error:
             notice = messages.failure(error)
-            if client is not None or notice.text != self._told:  # do not repeat it in each cycle of the loop
+            if client is not None or notice.text != self._told:  # do not repeat a text in each cycle
                 self._publish(notice, client)
             self._told = notice.text if client is None else self._told
 

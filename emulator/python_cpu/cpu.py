@@ -143,7 +143,7 @@ class PythonCpu:
             self.wait_until(min(clock.next_ps, until_ps))
 
     def elapse(self, duration_ps: int) -> None:
-        """Let a duration pass; the time of handlers that preempt the firmware is added."""
+        """Let a duration pass, plus the time of handlers that preempt the firmware."""
         clock = self._clock
         end_ps = clock.now_ps + duration_ps
         while clock.next_ps <= end_ps:

@@ -10,7 +10,7 @@ from fcu_emulator.emulator.trace import TickLate, TickLost, Trace
 
 
 class IntervalTimer:
-    """A counter of ``input_hz / (PSC + 1)`` up to ARR.
+    """A counter that counts at ``input_hz / (PSC + 1)`` up to ARR.
 
     ``interrupt()`` is called when the enabled update flag becomes set. A tick is lost if the flag
     is still set, and late if its handler starts after the update.

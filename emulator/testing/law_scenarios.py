@@ -23,7 +23,7 @@ from fcu_emulator.emulator.world.truth import ZURICH_FIELD_UT
 
 FILE = "replay.toml"
 REFERENCE = "lab3"
-"""A correct firmware. A scenario in which this firmware fails is not used."""
+"""A correct firmware. If it fails in a scenario, the scenario is not used."""
 
 Table: TypeAlias = dict[str, Any]
 

@@ -13,7 +13,7 @@
     def test_altitude_is_printed_as_a_number(motion):
         board = Board("lab3.elf", scenario=motion.scenario)
 
-The board's axes are X right, Y forward, Z up. At rest, the upward axis has +1000 mg. An attitude is
+The board's axes are X right, Y forward, Z up. At rest, the axis that points up measures +1000 mg. An attitude is
 a turn by yaw, then by pitch, then by roll. Examples shrink towards a flat board that points north.
 """
 
@@ -168,7 +168,7 @@ def motions(
     """Strategy for motions that take a few seconds.
 
     If ``scenario`` is not given, a motion has up to ``most_moves`` turns to ``poses`` (default:
-    any) and lifts, with rests between them. Its scenario has ideal sensors and the expectations ``expect``.
+    any) and lifts, with a stop after each. Its scenario has ideal sensors and the expectations ``expect``.
     If ``scenario`` is given, Hypothesis chooses the scenario's random values. A failure prints the scenario
     and the command for ``firmware``. Raises ScenarioError, InputError.
     """

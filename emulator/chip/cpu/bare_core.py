@@ -38,7 +38,7 @@ _STOPS: Final = (
     *(Stop.UNDEFINED, Stop.INVALID_STATE, Stop.NO_COPROCESSOR, Stop.UNALIGNED, Stop.DIVIDE_BY_ZERO),
     *(Stop.FETCH, Stop.READ, Stop.WRITE),
 )
-"""The values of enum Stop in core.h, in their order."""
+"""The stops in the order of enum Stop in core.h."""
 _EXECUTE_NEVER = 1 << 2 | 1 << 5 | 1 << 6 | 1 << 7  # bit n: region n of 512 MB (ARMv7-M ARM table B3-1)
 
 

@@ -127,8 +127,8 @@ class Core(FcuChip):
         self.enter()
         ended = self.library.fcu_run_until(self.handle, at_ps)
         self.raise_error()
-        # the clock can be later than the chip: a fault while a frame is saved is reported with the time at which
-        # the exception entry ends
+        # the time of a fault while a frame is saved is the end of the exception entry; the clock is then later
+        # than the chip
         clock.now_ps = shared[0]
         if ended not in (_HALTED, _BY_WORK):
             clock.advance_to(at_ps)

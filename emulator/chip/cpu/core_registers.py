@@ -35,7 +35,7 @@ class CoreRegisters:
         self.words, self.fetch, self._write = engine.register_calls(self.names)
 
     def read(self) -> memoryview[int]:
-        """Return the values, in memory that the next call overwrites."""
+        """Return the values. The next call overwrites the returned memory."""
         self.fetch()
         return self.words
 

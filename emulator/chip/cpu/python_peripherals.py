@@ -91,7 +91,7 @@ GATES = {
     for register, names in ENABLE.items()
     for name in names.values()
 }
-"""The bit that switches the clock on, by peripheral."""
+"""By peripheral: the bit that switches its clock on."""
 
 _RANGES = (
     (memory_map.PERIPHERALS, memory_map.PERIPHERALS_SIZE),

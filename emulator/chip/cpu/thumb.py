@@ -21,7 +21,7 @@ class Flow(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Instruction:
-    """An instruction. It ``stores`` if it changes more than R0 to R12, SP, LR, PC and xPSR."""
+    """An instruction. ``stores``: it changes more than R0 to R12, SP, LR, PC and xPSR."""
 
     size: int
     flow: Flow = Flow.NEXT

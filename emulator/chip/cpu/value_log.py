@@ -18,7 +18,7 @@ VALUE: Final = np.dtype([("address", "u4"), ("number", "u4"), ("value", "u4"), (
 of the neighbouring register, which may contain the other half of a double.
 """
 FIRST_FLOAT: Final = 13
-"""Numbers below this number are R0 to R12; all other numbers are S0 to S31."""
+"""Lower register numbers are R0 to R12; numbers from this one on are S0 to S31."""
 _CAPACITY: Final = 1 << 17
 _REGISTERS: Final = 45
 _LEVELS: Final = 8
@@ -62,8 +62,8 @@ class ValueLog:
     """Logs the values that instructions in ``ranges`` (begin, end) compute while the context is
     active.
 
-    A value is not logged again while an instruction repeats it. Between two calls of :meth:`take`, each instruction
-    logs at most 100 values, so that loops do not fill the log.
+    While an instruction repeats a value, the value is logged only one time. Between two calls of :meth:`take`,
+    each instruction logs at most 100 values, so that loops do not fill the log.
     """
 
     def __init__(self, core: Core, ranges: Iterable[tuple[int, int]]) -> None:

@@ -140,7 +140,7 @@ _TO_THREAD = 1 << 3  # bit of EXC_RETURN (ARMv7-M ARM table B1-8)
 _BASIC_FRAME_BIT, _THUMB = 1 << 4, 1 << 24
 _BASIC_WORDS, _FLOATING_WORDS = 8, 26
 _FRAME_LR, _FRAME_PC, _FRAME_XPSR = 5, 6, 7
-_INTO_CALL = 3  # bytes from a return address (with bit 0 set) back into its BL or BLX
+_INTO_CALL = 3  # a return address (with bit 0 set) minus this number is inside its BL or BLX
 _LONGEST_SEARCH = 64  # words of stack searched for a saved frame
 _MAX_CALLS = 12
 
@@ -154,7 +154,7 @@ class Call(NamedTuple):
 
 
 class Backtrace:
-    """Finds callers. The function ``word`` reads the stack, the function ``code`` the flash."""
+    """Finds callers. The function ``word`` reads the stack, and the function ``code`` reads the flash."""
 
     def __init__(self, places: Places, word: ReadWord, code: ReadCode) -> None:
         self._places = places
@@ -182,7 +182,7 @@ class Backtrace:
         return f"{how} {self._places.place(call.address)}{times}"
 
     def _outward(self, pc: int, lr: int, sp: int) -> Iterator[Call]:
-        """Yield all callers. After a frame that returns to Thread mode, further frames are old data."""
+        """Yield all callers. If a frame returns to Thread mode, ignore further frames: they are old data."""
         current, address = pc, max(sp & ~3, RAM_MEMORY.start)
         frame, exc_return = 0, 0
         if lr in _EXC_RETURNS:  # the handler has not yet saved LR

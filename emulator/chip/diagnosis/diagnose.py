@@ -193,9 +193,10 @@ _WAITING = {
 
 
 def slow_callback(chip: Chip, places: Places) -> Diagnosis | None:
-    """Report the first timer that loses over a tenth of its ticks, or fewer ticks if its callback waits.
+    """Report the first timer that loses over a tenth of its ticks.
 
-    The duration of a handler that is too slow is estimated: period * due ticks / handled ticks.
+    If the callback waits or prints, one lost tick, or more than 1 % of late ticks, is enough.
+    The duration of a slow handler is estimated as period * due ticks / handled ticks.
 
     Decision: a slow timer callback never counts as a failure, because a scenario may slow the bus
     down on purpose.

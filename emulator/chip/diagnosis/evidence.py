@@ -117,7 +117,10 @@ class RecentTransfers:
         return None
 
     def silent_sensors(self) -> Cause | None:
-        """Report that all reads returned 0xFF, or that all returned 0x00 and one read was of WHO_AM_I."""
+        """Report that all reads returned 0xFF, or that all returned 0x00.
+
+        One of the reads must be of WHO_AM_I, or at least ``_MANY`` reads must have returned 0xFF.
+        """
         reads = [transfer for transfer in self.latest if transfer.read]
         values = {value for transfer in reads for value in transfer.read}
         identified = any(transfer.register == "WHO_AM_I" for transfer in reads)

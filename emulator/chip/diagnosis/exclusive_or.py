@@ -11,7 +11,7 @@ from fcu_emulator.emulator.chip.image.symbols import FunctionAt
 _ARITHMETIC = ("eCompass", "getAltitude")
 _CALLERS = ("HAL_TIM_PeriodElapsedCallback", "main")
 _SIGN_BIT = 0x400
-"""The encoding of 0x80000000, with which compilers change the sign of a double."""
+"""EOR's encoding of the constant 0x80000000. Compilers change the sign of a double with this EOR."""
 
 
 def exclusive_or(places: Places, code: ReadCode) -> str:

@@ -67,8 +67,8 @@ def decoded(register: type[Word], value: int, meanings: Mapping[str, str]) -> It
 
 # -- causes -------------------------------------------------------------------------------------------------
 
-_NULL_OBJECT = 0x1000  # a lower address belongs to a member of an object at address 0
-_NEAR = 0x1000  # bytes: an access this close to SP is to the stack
+_NULL_OBJECT = 0x1000  # an access below this address is to a member of an object at address 0
+_NEAR = 0x1000  # bytes; an access at most this far from SP counts as an access to the stack
 _ERASED_FLASH = 0xFFFF
 
 

@@ -1,7 +1,7 @@
 """A test for endless loops, in a copy of the core.
 
 A loop is endless if a state of core and RAM occurs again while the values that the loop reads stay
-the same. A loop that writes to peripherals, or reads with side effects, does not count as endless.
+the same. A loop does not count as endless if it writes to peripherals, or reads with side effects.
 """
 
 from __future__ import annotations

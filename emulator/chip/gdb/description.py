@@ -88,7 +88,7 @@ def target_xml() -> bytes:
 
 
 def memory_map_xml() -> bytes:
-    """Return the memory map, because of which GDB uses hardware breakpoints in flash."""
+    """Return the memory map, which makes GDB use hardware breakpoints in flash."""
     lines = [
         '<?xml version="1.0"?>',
         f"<!DOCTYPE memory-map PUBLIC {_MEMORY_MAP_DTD}>",

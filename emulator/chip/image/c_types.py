@@ -273,7 +273,7 @@ def _base(entry: DebugEntry) -> CType:
 
 
 def _count(subrange: DebugEntry) -> int:
-    """Return the number of elements. Instead, GCC gives the highest index; -1 means no elements."""
+    """Return the number of elements. GCC gives the highest index instead, which is -1 without elements."""
     count = subrange.number(_AT_COUNT)
     if count is None:
         highest = subrange.number(_AT_UPPER_BOUND)

@@ -26,7 +26,7 @@ class Budget:
     Each stored object costs ``OBJECT``, so that the budget also limits memory.
     """
 
-    LIMIT = 10_000_000  # this takes some seconds; the lab's solution needs 160,000
+    LIMIT = 10_000_000  # this much work takes some seconds; the lab's solution needs 160,000
     OBJECT = 32
 
     def __init__(self) -> None:

@@ -206,7 +206,7 @@ class _SectionHeader(NamedTuple):
 
 
 class Sections:
-    """Sections of an ELF file. If a name repeats, its first section is used."""
+    """Sections of an ELF file. If several sections have the same name, the first is used."""
 
     def __init__(self, data: bytes, offset: int, count: int, names: int) -> None:
         self.problem: str | None = None

@@ -188,7 +188,7 @@ _FOREIGN = {
 }
 _S_RECORDS = (b"S0", b"S1", b"S2", b"S3")
 _TEXT_BYTES = frozenset(range(0x20, 0x7F)) | frozenset(b"\t\n\r\f")
-_TEXT_SAMPLE = 256  # bytes; a vector table has zero bytes, so it never looks like text
+_TEXT_SAMPLE = 256  # bytes; a vector table contains bytes of value 0, so it never looks like text
 
 
 def read_binary(file: str, data: bytes) -> tuple[Segment, ...]:

@@ -99,7 +99,7 @@ def _record(file: str, where: str, text: bytes) -> HexRecord:
 
 
 def _placed(file: str, record: HexRecord, base: int, wraps: bool) -> list[Segment]:
-    """Return a record's data with its address; if it ``wraps``, the address stays in the 64 KB of ``base``."""
+    """Return a record's data with its address. ``wraps``: addresses wrap within the 64 KB from ``base``."""
     first = record.data[: 0x10000 - record.address] if wraps else record.data
     rest = record.data[len(first) :]
     pieces = [Segment(base + record.address, first), Segment(base, rest)]

@@ -101,7 +101,7 @@ class SymbolTable:
         return FunctionAt(name, function.start, size, offset) if offset < size else None
 
     def named(self, name: str) -> list[Symbol]:
-        """Return the global symbol or, without it, all static symbols, such as ``count.0`` for ``count``."""
+        """Return the global symbol or, if there is none, all static symbols, such as ``count.0`` for ``count``."""
         symbols = self._by_name.get(name, [])
         return [symbol for symbol in symbols if not symbol.is_local][:1] or symbols
 

@@ -162,7 +162,7 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
         self._begin(duration_ms * PS_PER_MS)
 
     def _begin(self, duration_ps: int) -> None:
-        """Set BSY. A new operation begins after a running operation has ended (3.6.1)."""
+        """Set BSY. If another operation is running, the new operation begins after its end (3.6.1)."""
         begin_ps = self.soc.clock.now_ps
         if self._operation is not None:
             begin_ps = self._until_ps

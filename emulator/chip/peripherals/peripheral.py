@@ -45,7 +45,7 @@ class InterruptLines(Protocol):
     """The NVIC's inputs, implemented by the core."""
 
     def set_line(self, number: int, level: bool) -> None:
-        """Set input ``number`` (IRQn). An input that is active after its handler becomes pending again."""
+        """Set input ``number`` (IRQn). If an input is active after its handler, it becomes pending again."""
         ...
 
 
@@ -117,7 +117,7 @@ RegisterWritten = Callable[[int, int], None]
 class Peripheral:
     """One peripheral at ``base``, with its ``declared`` registers.
 
-    ``REGISTERS`` has reset values by offset, ``WRITABLE`` the stored bits. Other offsets read as 0
+    ``REGISTERS`` has reset values by offset, and ``WRITABLE`` has the stored bits. Other offsets read as 0
     and ignore writes.
     """
 

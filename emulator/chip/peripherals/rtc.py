@@ -205,7 +205,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
         )
 
     def _write_status(self, value: int, mask: int) -> None:
-        """Clear flags, for which no keys are needed; enter or leave initialisation mode (17.3.5)."""
+        """Clear flags, which needs no keys; enter or leave initialisation mode (17.3.5)."""
         self.registers[ISR] &= ~_EVENT_FLAGS | value | ~mask
         self._signal()
         wanted = bool(value & _INIT)

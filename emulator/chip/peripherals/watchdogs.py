@@ -186,7 +186,7 @@ class Wwdg(Peripheral, declared=DECLARED["WWDG"]):
             self._plan()
 
     def _plan(self) -> None:
-        """Schedule the early wake-up, which is at the count 0x40, or otherwise the reset."""
+        """Schedule the next event: the early wake-up at the count 0x40, or the reset."""
         if self._event is not None:
             self._event.cancel()
             self._event = None

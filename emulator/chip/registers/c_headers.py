@@ -1,7 +1,7 @@
 """C headers of registers, memory map and DMA requests.
 
 ``CR1`` is an offset, ``CR1_UE`` a field, ``CR2_STOP_SHIFT`` the lowest bit of a field, ``CR1_RESET`` the value after
-reset, ``CR1_STORED`` the bits that store values. ``C_PREFIX`` precedes names that C already uses.
+reset, ``CR1_STORED`` the bits that store values. ``C_PREFIX`` is added to names that C already uses.
 """
 
 from __future__ import annotations

@@ -11,8 +11,8 @@ from fcu_emulator.emulator.grading.verdict import Series
 
 _WIDTH, _HEIGHT = 440.0, 180.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 58.0, 12.0, 26.0, 30.0
-_ROOM = 1.5  # prints that are further from the truth than 1.5 ranges are off the chart
-_WRAP = 180.0  # a direction that changes by more degrees wraps around
+_ROOM = 1.5  # a print is off the chart if it is more than 1.5 ranges away from the truth
+_WRAP = 180.0  # degrees; a larger change of a direction is a wrap-around
 
 
 class _Frame:
