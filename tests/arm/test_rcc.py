@@ -158,7 +158,7 @@ def test_clock_gates_follow_enable_registers() -> None:
     assert not gpiob.clocked
 
 
-def test_reset_bit_resets_its_block() -> None:
+def test_reset_bit_resets_its_peripheral() -> None:
     board = Board()
     tim2 = board.native["TIM2"]
     tim2.write(0x2C, 1000)

@@ -218,7 +218,7 @@ def test_reading_final_byte_removes_fifo_level() -> None:
     assert chip.byte(FIFO_STATUS) == 1
 
 
-def test_with_bdu_partly_read_level_is_not_overwritten() -> None:
+def test_partly_read_level_with_bdu_is_not_overwritten() -> None:
     """Datasheet 9.5, with a full stream that continues during the read."""
     chip = collecting(STREAM)
     chip.write(CTRL_REG1, 0x22)

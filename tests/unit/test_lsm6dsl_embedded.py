@@ -366,7 +366,7 @@ def test_delta_time_needs_low_timer_resolution(words: Words) -> None:
     ("threshold", "debounce", "steps_needed"),
     [(6, 6, 7), (10, 6, 11), (1, 6, 7), (1, 0, 2)],
 )
-def test_significant_motion_after_more_steps_than_threshold(
+def test_significant_motion_needs_more_steps_than_threshold(
     threshold: int, debounce: int, steps_needed: int
 ) -> None:
     """AN5040 6.2: more than SM_THS steps, and at least as many as the debounce needs."""
