@@ -304,7 +304,7 @@ def test_run_with_ignored_signal_continues(name: str) -> None:
 
 @posix
 @pytest.mark.usefixtures("interruptible")
-def test_run_that_is_interrupted_is_not_judged(tmp_path: Path, words: Words) -> None:
+def test_interrupted_run_is_not_judged(tmp_path: Path, words: Words) -> None:
     path = write(tmp_path, HEAD + 'duration = "300s"\n' + GOOD)
     process = subprocess.Popen(
         [sys.executable, "-m", "fcu_emulator", "run", "--scenario", str(path), "--speed", "1"],

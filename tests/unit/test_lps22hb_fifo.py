@@ -62,7 +62,7 @@ def test_output_in_bypass_is_latest_sample(fifo_ctrl: int) -> None:
     assert all("FIFO_CTRL.F_MODE" in text for _, text in forbidden)
 
 
-def test_without_fifo_en_no_mode_stores_samples() -> None:
+def test_no_mode_stores_samples_without_fifo_en() -> None:
     chip = collecting(STREAM)
     chip.write(CTRL_REG2, 0x10)
     after(chip, 5)

@@ -127,7 +127,7 @@ def fast(*writes: tuple[int, int]) -> Chip:
     return chip
 
 
-def test_without_mask_bit_no_sample_is_hidden() -> None:
+def test_no_sample_is_hidden_without_mask_bit() -> None:
     assert hidden(Chip("LSM6DSL"), FAST, ((CTRL1_XL, 0xA0),)) == 0
 
 

@@ -135,7 +135,7 @@ def test_pause_longer_than_debounce_time_restarts_debounce(deb_time: int, counte
     assert steps(chip) == counted
 
 
-def test_after_pause_seven_more_steps_are_needed() -> None:
+def test_seven_more_steps_are_needed_after_pause() -> None:
     def signal(t_s: Array) -> Array:
         return np.where(t_s[:, np.newaxis] < 10, bounce(8)(t_s), bounce(7, at_s=12.0)(t_s))
 

@@ -93,7 +93,7 @@ def test_fifo_pattern_follows_rates_and_decimation(
         assert found in possible[mark] if mark else found == (0, 0, 0)
 
 
-def test_slower_fifo_takes_every_fourth_sample() -> None:
+def test_slower_fifo_stores_every_fourth_sample() -> None:
     """The sensor has 104 Hz and the FIFO 26 Hz."""
     chip = fifo_of(CONTINUOUS, odr=2)
     taken = b""
