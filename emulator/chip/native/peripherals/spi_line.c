@@ -5,7 +5,7 @@
  * drive the line against each other: the host reads the AND of their bits. A note reports the first such byte.
  *
  * C reads the sensor's registers (sensor_registers.h). Python takes over if a register is read live, if registers are
- * written, or if no driver uses the sequence.
+ * written, or if the bytes have an order that drivers do not use.
  */
 #include "peripherals/spi.h"
 
