@@ -114,7 +114,7 @@ def labels() -> str:
     "text_of", [guides, docstrings, comments, messages, labels], ids=lambda one: one.__name__
 )
 @pytest.mark.parametrize("name", PATTERNS)
-def test_pattern_is_rare(name: str, text_of: Callable[[], str]) -> None:
+def test_discouraged_pattern_is_rare(name: str, text_of: Callable[[], str]) -> None:
     pattern, most = PATTERNS[name]
     text = text_of()
     found = [match.group() for match in re.finditer(pattern, text, re.MULTILINE)]

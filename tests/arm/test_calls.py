@@ -249,7 +249,7 @@ def test_call_before_start_up_code_is_refused(words: Words) -> None:
 
 @settings(max_examples=50, deadline=None)
 @given(st.tuples(*[st.integers(-(2**31), 2**31 - 1)] * 3), st.integers(0, 255), st.floats())
-def test_variable_has_value_that_was_set(axes: tuple[int, ...], kind: int, number: float) -> None:
+def test_variable_has_assigned_value(axes: tuple[int, ...], kind: int, number: float) -> None:
     board = _SHARED.setdefault("board", started())
     board.set_variable("acc", axes)
     board.set_variable("mixed", {"kind": kind})

@@ -45,7 +45,7 @@ def test_more_urgent_pending_interrupt_comes_first() -> None:
     assert order({0: 0x40, 1: 0x30}, (200, 0), (200, 1)) == [20, 21, 10, 11]
 
 
-def test_with_equal_priorities_lower_number_comes_first() -> None:
+def test_lower_number_comes_first_with_equal_priorities() -> None:
     """B1.5.4: "the exception with the lowest exception number"."""
     assert order({0: 0x40, 1: 0x40}, (200, 1), (200, 0)) == [10, 11, 20, 21]
 

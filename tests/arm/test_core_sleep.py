@@ -149,7 +149,7 @@ def test_sevonpend_ignores_interrupt_that_was_already_pending() -> None:
     assert core.values == [1]
 
 
-def test_with_sevonpend_interrupt_pended_by_software_is_event() -> None:
+def test_interrupt_pended_by_software_is_event_with_sevonpend() -> None:
     """B3.2.7: pending by NVIC_ISPR and by STIR."""
     for name, value in (("ISPR", 1), ("STIR", 0)):
         core = bench(f"{store('SCR', 1 << 4)} {store(name, value)} wfe\n log 1\n", {})

@@ -111,7 +111,7 @@ reset: {started(10, ENABLE | CLKSOURCE)} mov32 r0, SYST_CVR
     assert core.values == [5]
 
 
-def test_without_tickint_no_exception_is_pending() -> None:
+def test_no_exception_is_pending_without_tickint() -> None:
     """B3.3.3."""
     core = CoreBench(f"reset: {started(10, ENABLE | CLKSOURCE)} b .\n")
     core.run_us(100)

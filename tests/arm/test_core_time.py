@@ -140,7 +140,7 @@ reset: {store("DEMCR", 1 << 24)} {store("DWT_CTRL", 1)} {store("CPACR", 0xF << 2
 @pytest.mark.parametrize("ends_us", [(90,), range(1, 90)], ids=["at once", "one by one"])
 @pytest.mark.parametrize("kind", CONDITIONAL)
 @pytest.mark.parametrize("length", [1, 2, 4])
-def test_instruction_whose_condition_fails_takes_one_cycle(
+def test_instruction_with_false_condition_takes_one_cycle(
     kind: str, length: int, ends_us: Iterable[int]
 ) -> None:
     """Cortex-M4 technical reference manual (ARM DDI 0439), 3.3.1."""

@@ -64,7 +64,7 @@ def test_board_runs_without_debugger(bench: Bench) -> None:
     assert bench.server.port > 0
 
 
-def test_new_debugger_is_served_after_first_leaves(bench: Bench) -> None:
+def test_new_debugger_is_served_after_first_disconnects(bench: Bench) -> None:
     """The server sees both events at the same time."""
     bench.connect().close()
     client = bench.connect()
@@ -153,7 +153,7 @@ def test_second_debugger_is_refused(bench: Bench) -> None:
 
 
 @pytest.mark.parametrize("goodbye", [frame(b"D"), b""])
-def test_leaving_debugger_removes_its_breakpoints(bench: Bench, goodbye: bytes) -> None:
+def test_disconnected_debugger_leaves_no_breakpoints(bench: Bench, goodbye: bytes) -> None:
     client = bench.connect()
     client.ask(b"Z0,%x,2" % START)
     client.send(goodbye)
@@ -178,7 +178,7 @@ def test_kill_packet_ends_run(bench: Bench) -> None:
     assert bench.target.now_ps == before_ps
 
 
-def test_waiting_debugger_is_told_that_run_ended(bench: Bench) -> None:
+def test_waiting_debugger_gets_end_of_run(bench: Bench) -> None:
     client = bench.connect()
     client.send(frame(b"c"))
     bench.run()

@@ -149,7 +149,7 @@ def test_semihosting_calls_do_not_reach_host(semihosting: str, tmp_path: Path) -
     assert sorted(path.name for path in tmp_path.iterdir()) == ["hostile.bin"]
 
 
-def test_loop_that_reads_register_twice_per_pass_ends(tmp_path: Path) -> None:
+def test_skip_of_loop_reading_register_twice_ends(tmp_path: Path) -> None:
     """A polled register is read twice in one pass, as LDM does. The loop still ends."""
     source = f"""
     reset: {EVERY_CLOCK_AND_INTERRUPT}

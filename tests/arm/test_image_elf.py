@@ -120,7 +120,7 @@ def test_segment_outside_memories_is_refused(load: Load, what: str) -> None:
         assert memory in error.problem
 
 
-def test_segments_that_overlap_are_refused(words: Words) -> None:
+def test_overlapping_segments_are_refused(words: Words) -> None:
     error = refusal(elf([Load(FLASH, code()), Load(FLASH + 0x80, b"12")]))
 
     assert error.kind == "overlap"

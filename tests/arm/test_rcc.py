@@ -45,7 +45,7 @@ class Board:
         self.rcc.write(CFGR, 0x0000_1002)
 
 
-def test_after_reset_core_runs_from_hsi() -> None:
+def test_core_runs_from_hsi_after_reset() -> None:
     """RM0368 6.2: 16 MHz HSI, no prescaler."""
     rcc = Board().rcc
     assert (rcc.sysclk_hz, rcc.hclk_hz, rcc.pclk1_hz, rcc.timer1_hz) == (16_000_000,) * 4
@@ -158,7 +158,7 @@ def test_clock_gates_follow_enable_registers() -> None:
     assert not gpiob.clocked
 
 
-def test_reset_bit_resets_its_block() -> None:
+def test_reset_bit_resets_its_peripheral() -> None:
     board = Board()
     tim2 = board.native["TIM2"]
     tim2.write(0x2C, 1000)

@@ -20,7 +20,7 @@ PROGRAM = CASES["assembly-i2c-by-dma"]
 
 @pytest.mark.parametrize("name", CASES)
 @pytest.mark.parametrize("traced", [True, False], ids=["traced", "untraced"])
-def test_run_equals_its_record(name: str, traced: bool) -> None:
+def test_run_equals_recorded_run(name: str, traced: bool) -> None:
     """Without a detailed trace a build may omit steps. Memory, registers and text do not depend on them."""
     recorded = recording.load(CASES[name])
     now = recording.record(CASES[name], traced=traced, counts=counts_of(recorded))
@@ -29,7 +29,7 @@ def test_run_equals_its_record(name: str, traced: bool) -> None:
     assert not found, "\n".join([*found, f"python -m tests.support.arm.recording {name} tells more"])
 
 
-def test_records_belong_to_cases_and_are_small() -> None:
+def test_each_case_has_record_and_records_are_small() -> None:
     files = sorted(FOLDER.glob("*.json"))
 
     assert {file.stem for file in files} == set(CASES)

@@ -118,7 +118,7 @@ def test_header_structures_equal_register_offsets(members: str, kind: str) -> No
 
 
 @pytest.mark.parametrize(("name", "address"), [one for one in ADDRESSES if one[0] in memory_map.ADDRESSES])
-def test_block_address_equals_header(name: str, address: str) -> None:
+def test_peripheral_address_equals_header(name: str, address: str) -> None:
     assert memory_map.ADDRESSES[name][0] == int(address, 0)
 
 

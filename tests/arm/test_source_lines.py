@@ -79,7 +79,7 @@ def test_passed_checks_have_no_line() -> None:
 
 @pytest.mark.parametrize("function", ["MagCalibration", "eCompass"])
 @pytest.mark.parametrize("optimisation", ["O0", "O2"])
-def test_function_that_is_not_called_is_named(function: str, optimisation: str, folder: Path) -> None:
+def test_uncalled_function_is_named(function: str, optimisation: str, folder: Path) -> None:
     exercise = "5" if function == "MagCalibration" else "3"
     mistake = Mistake(f"  {function}();", "  ;", exercise)
     causes = [one for run in verdict_of(mistake, optimisation, folder).evidence for one in run.causes]

@@ -137,7 +137,7 @@ def test_global_name_hides_statics() -> None:
     assert program.address_of("lit") == ACC
 
 
-def test_name_that_is_not_variable_raises_key_error(words: Words) -> None:
+def test_name_of_non_variable_raises_key_error(words: Words) -> None:
     program = loaded(*debug_sections())
 
     with pytest.raises(SymbolError, match="'nothing'"):

@@ -110,7 +110,7 @@ def test_encoding_equals_gnu_assembler(text: str, encoding: str) -> None:
     assert code[4:-6].hex() == encoding
 
 
-def test_labels_are_addresses_and_mov32_takes_them() -> None:
+def test_mov32_accepts_labels_as_addresses() -> None:
     code, labels = assemble("mov32 r1, end+1 ; two instructions\nend: .word end+1", 0x0800_0100)
 
     assert labels == {"end": 0x0800_0108}

@@ -44,7 +44,7 @@ def test_first_interrupt_comes_immediately() -> None:
     assert tick.chip.irq.rises == [(0, TIM9_IRQ), (PS_PER_S // 800, TIM9_IRQ)]
 
 
-def test_update_by_software_is_silent_with_urs() -> None:
+def test_update_by_software_sets_no_flag_with_urs() -> None:
     """RM0368 12.4.1: with URS only an overflow sets UIF."""
     tick = Tick(start=False)
     tick.tim.write(CR1, 4)

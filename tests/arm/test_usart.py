@@ -86,7 +86,7 @@ def test_polled_transmission_delivers_every_byte_in_order(data: bytes, delays: l
     assert bench.text == data.decode("latin-1")
 
 
-def test_frames_follow_without_gap_or_drift() -> None:
+def test_frames_are_sent_without_gap_or_drift() -> None:
     bench = started()
     bench.trace.record_all()
     transmit(bench, bytes(100))
@@ -123,7 +123,7 @@ def test_tc_is_cleared_by_writing_zero_to_it() -> None:
     transmit(bench, b"x")
 
 
-def test_tc_stays_without_sr_read_before_dr() -> None:
+def test_tc_stays_set_without_sr_read_before_dr() -> None:
     """19.6.1: the sequence that clears TC is a read of SR, then a write of DR."""
     bench = started()
     bench.write(bench.usart1, DR, 0x41)
@@ -336,7 +336,7 @@ def test_unread_byte_is_kept_and_next_is_lost() -> None:
     assert bench.uart.rx_lost == 2
 
 
-def test_writing_zero_to_rxne_drops_only_byte() -> None:
+def test_writing_zero_to_rxne_only_discards_byte() -> None:
     """19.6.1: rc_w0; ORE and IDLE are read-only."""
     bench = started()
     bench.uart.type(b"xy")

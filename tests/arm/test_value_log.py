@@ -43,7 +43,7 @@ def test_log_contains_printed_angle() -> None:
     assert np.any(values["float32"] == np.float32(pitch))
 
 
-def test_interrupted_calls_have_their_results() -> None:
+def test_results_of_interrupted_calls_are_logged() -> None:
     """The timer interrupts PRINTF; the argument of its callback in R0 is not the result of the call."""
     board = Board("solution", ideal=True)
     board.run_for(2.5)

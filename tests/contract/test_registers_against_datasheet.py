@@ -219,7 +219,7 @@ def test_lab_setup_changes_only_modelled_bits(part: str, address: int, value: in
 
 
 @pytest.mark.parametrize("bank", [("lsm6dsl", "main"), ("lsm6dsl", "A"), ("lsm6dsl", "B")], ids="-".join)
-def test_every_lsm6dsl_bank_can_be_left_again(bank: tuple[str, str]) -> None:
+def test_every_lsm6dsl_bank_can_be_closed_again(bank: tuple[str, str]) -> None:
     """LSM6DSL datasheet T22: 0x01 accepts 0x00 main, 0x80 bank A, 0xA0 bank B, whichever bank is open."""
     selected = {"main": 0x00, "A": 0x80, "B": 0xA0}
 

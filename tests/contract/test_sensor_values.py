@@ -192,7 +192,7 @@ def test_data_ready_clears_on_any_high_byte_read(channel: Channel, data: st.Data
 
 @pytest.mark.parametrize("channel", [channel for channel in CHANNELS if channel.overrun], ids=str)
 @pytest.mark.parametrize("looked_at_between", [False, True])
-def test_unread_sample_that_is_overwritten_sets_overrun(channel: Channel, looked_at_between: bool) -> None:
+def test_overwriting_unread_sample_sets_overrun(channel: Channel, looked_at_between: bool) -> None:
     chip = started(channel)
     assert channel.ready is not None
     status = channel.ready[0]
@@ -246,7 +246,7 @@ def test_bdu_keeps_both_bytes_from_one_sample(
 
 
 @pytest.mark.parametrize("channel", HELD, ids=str)
-def test_without_bdu_word_can_mix_two_samples(channel: Channel) -> None:
+def test_word_without_bdu_can_mix_two_samples(channel: Channel) -> None:
     """BDU prevents this: without BDU, a read between 0x00FF and 0x0100 gives 0x01FF or 0x0000."""
     chip = Chip(channel.part)
     lsb = channel.scales[0][1]

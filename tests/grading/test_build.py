@@ -201,7 +201,7 @@ def test_sandbox_has_no_files_of_this_machine(source: bytes, sandboxed: Builder)
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root can be somebody else")
-def test_without_sandbox_root_compiles_without_privileges(builder: Builder, tmp_path: Path) -> None:
+def test_root_without_sandbox_compiles_without_privileges(builder: Builder, tmp_path: Path) -> None:
     secret = tmp_path / "rubric.toml"
     secret.write_text("the answer is 42")
     secret.chmod(0o600)

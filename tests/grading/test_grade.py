@@ -256,7 +256,7 @@ def test_anonymous_reports_contain_no_names(
     assert sorted(row["points"] for row in table(out).values() if row["points"]) == ["1", "3"]
 
 
-def test_before_due_date_students_see_less(
+def test_students_see_less_before_due_date(
     submissions: Path, rubric: Path, out: Path, tmp_path: Path
 ) -> None:
     grade(submissions, "--rubric", rubric, "--out", out, "--before-due-date")

@@ -134,7 +134,7 @@ def test_output_to_full_disk_is_not_judged(arguments: tuple[str, ...]) -> None:
 
 @needs_full
 @printing
-def test_full_disk_for_all_streams_is_not_judged(arguments: tuple[str, ...]) -> None:
+def test_all_streams_to_full_disk_are_not_judged(arguments: tuple[str, ...]) -> None:
     assert fcu(*arguments, stdout=FULL, stderr=FULL).returncode == NOT_JUDGED
 
 
@@ -156,13 +156,13 @@ def test_lost_output_is_reported(words: Words) -> None:
 
 @posix
 @printing
-def test_all_streams_closed_is_not_judged(arguments: tuple[str, ...]) -> None:
+def test_run_with_closed_streams_is_not_judged(arguments: tuple[str, ...]) -> None:
     assert fcu(*arguments, after="<&- >&- 2>&-").returncode == NOT_JUDGED
 
 
 @posix
 @printing
-def test_closed_reader_has_its_exit_code(arguments: tuple[str, ...]) -> None:
+def test_closed_reader_causes_separate_exit_code(arguments: tuple[str, ...]) -> None:
     read, written = os.pipe()
     os.close(read)
     try:
@@ -275,7 +275,7 @@ def test_invalid_port_name_is_refused(tmp_path: Path, name: str) -> None:
 
 @posix
 @pytest.mark.parametrize("megabytes", [100, 250, 400, 600])
-def test_machine_without_memory_is_not_judged(tmp_path: Path, megabytes: int) -> None:
+def test_run_without_enough_memory_is_not_judged(tmp_path: Path, megabytes: int) -> None:
     """The missing resource may be a library, a thread, or an array."""
     path = write(tmp_path, SECOND + GOOD)
     done = fcu("run", "--scenario", path, "--speed", "max", before=f"ulimit -v {megabytes << 10};")
@@ -304,7 +304,7 @@ def test_run_with_ignored_signal_continues(name: str) -> None:
 
 @posix
 @pytest.mark.usefixtures("interruptible")
-def test_run_that_is_interrupted_is_not_judged(tmp_path: Path, words: Words) -> None:
+def test_interrupted_run_is_not_judged(tmp_path: Path, words: Words) -> None:
     path = write(tmp_path, HEAD + 'duration = "300s"\n' + GOOD)
     process = subprocess.Popen(
         [sys.executable, "-m", "fcu_emulator", "run", "--scenario", str(path), "--speed", "1"],
@@ -322,7 +322,7 @@ def test_run_that_is_interrupted_is_not_judged(tmp_path: Path, words: Words) -> 
     words("run", re.sub(r"\d+\.\d+ s", "TIME", unchecked))
 
 
-def test_interrupt_in_destructor_is_repeated() -> None:
+def test_interrupt_lost_in_destructor_is_raised_again() -> None:
     """An exception cannot leave a destructor: Python prints it and continues."""
     program = """
 import signal

@@ -161,7 +161,7 @@ def test_motion_through_threshold_reveals_only_early_led(tmp_path: Path, limit: 
     assert {one.kind for one in played(tmp_path, text, wrong).findings} == found
 
 
-def test_line_that_is_not_repeated_is_missing(tmp_path: Path) -> None:
+def test_unrepeated_line_is_reported_as_missing(tmp_path: Path) -> None:
     once = program(said=lambda one: "ALARM" * (abs(one.roll) > 45 and one.prints == 0))
 
     assert faults(played(tmp_path, IDEAL + THRESHOLD + ALARM, once)) == [("expect[0]", "missing")]
@@ -227,7 +227,7 @@ def test_threshold_may_be_random(tmp_path: Path) -> None:
         ("margin = 1", f"margin = 1\nat = '8s'\n{TURN}at = '10s'", "threshold[0]"),
     ],
 )
-def test_threshold_that_cannot_be_reached_is_refused(tmp_path: Path, old: str, new: str, key: str) -> None:
+def test_unreachable_threshold_is_refused(tmp_path: Path, old: str, new: str, key: str) -> None:
     assert refusal(tmp_path, IDEAL + THRESHOLD.replace(old, new)).key == key
 
 

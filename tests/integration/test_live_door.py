@@ -206,7 +206,7 @@ def test_python_firmware_cannot_be_debugged() -> None:
     assert refused.value.kind == "no_chip"
 
 
-def test_with_halt_option_firmware_waits_for_debugger(words: Words) -> None:
+def test_halt_option_makes_firmware_wait_for_debugger(words: Words) -> None:
     one = Live(Setup("solution", gdb=0, halt=True))
     try:
         one.until_state("halted")

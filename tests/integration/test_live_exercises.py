@@ -78,7 +78,7 @@ def test_non_firmware_is_error_result(exercises: LabExercises, tmp_path: Path) -
     assert checked.problem
 
 
-def test_closing_exercises_stops_judging() -> None:
+def test_closed_exercises_stop_judging() -> None:
     exercises = LabExercises()
     exercises.start("5", "solution", 0)
     exercises.close()

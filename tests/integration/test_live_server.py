@@ -141,7 +141,7 @@ def test_socket_without_token_is_never_opened(
     assert len(session._clients) == before
 
 
-def test_page_that_offers_token_gets_board(live: tuple[PageServer, LiveSession]) -> None:
+def test_page_with_token_gets_board(live: tuple[PageServer, LiveSession]) -> None:
     pages, _ = live
     with connected(pages.address, origin=f"http://127.0.0.1:{pages.address.port}") as client:
         assert client.subprotocol == "fcu"

@@ -162,7 +162,7 @@ def test_step_takes_at_most_5_s_real_time() -> None:
 
 
 @pytest.mark.parametrize(("late_s", "behind_s"), [(0.0, 0), (0.2, 0), (0.3, 0.3), (5.0, 5.0)])
-def test_session_catches_up_after_short_pauses_only(late_s: float, behind_s: float) -> None:
+def test_session_catches_up_only_after_short_delays(late_s: float, behind_s: float) -> None:
     """The machine is busy with other work for ``late_s``."""
     page = Page(Setup(Silent, ideal=True), end_s=3)
     wall = Wall()

@@ -136,7 +136,7 @@ def run_printed_command(printed: str, folder: Path) -> subprocess.CompletedProce
     )
 
 
-def test_command_of_cold_board_starts_cold(pytester: pytest.Pytester) -> None:
+def test_printed_command_keeps_cold_start(pytester: pytest.Pytester) -> None:
     """The solution does not wait for its sensors, so on such a board it does not continue."""
     pytester.makepyfile(
         """

@@ -64,7 +64,7 @@ def test_different_arithmetic_is_noticed_in_final_digit() -> None:
     assert 0 < largest_deviations(changed, original)["Roll"] < 1e-3
 
 
-def test_early_led_is_difference() -> None:
+def test_early_led_change_is_difference() -> None:
     """Exercise 3b needs 80 degrees, not 60. The scenario first turns to 75."""
     board = Board(firmware="lab3", scenario="led_x")
     original = observe(board, 4 * PS_PER_S, transfers=True)

@@ -55,7 +55,7 @@ def test_summary_has_callback_time_and_period() -> None:
     assert 0.95 <= took["solution"] <= 1.1
 
 
-def test_short_period_keeps_its_digits(words: Words) -> None:
+def test_short_period_is_printed_with_all_digits(words: Words) -> None:
     """An eighth of a millisecond is 0.125, not 0.12."""
     board: Any = SimpleNamespace(timer=SimpleNamespace(rate_hz=8000.0))
     recorder: Any = SimpleNamespace(looks_at_callback=1000, callback_seen=1000)

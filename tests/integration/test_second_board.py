@@ -225,7 +225,7 @@ def test_errors_of_sensor_can_be_set_in_scenario(tmp_path: Path) -> None:
     assert int.from_bytes(board.i2c1.write_read(HTX221_AT, b"\xa8", 2), "little") / 256 == 42.5
 
 
-def test_editor_schema_is_that_of_board() -> None:
+def test_editor_schema_describes_board() -> None:
     ours, labs = (json.dumps(json_schema(board)) for board in (GREENHOUSE, FCU001V1))
     assert '"enum": ["green"]' in ours
     assert '"enum": ["HTX221", "LPS22HB"]' in ours

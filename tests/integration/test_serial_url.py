@@ -20,7 +20,7 @@ def opened(url: str, **settings: object):
         yield port
 
 
-def test_board_is_port_of_pyserial() -> None:
+def test_pyserial_port_reads_text_of_board() -> None:
     with opened("fcu://lab3?ideal=1&seed=3", timeout=2) as port:
         assert port.read_until(b"Init...").endswith(b"LAB3 Init...")
         assert port.board.seed == 3

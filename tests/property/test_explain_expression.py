@@ -71,7 +71,7 @@ def test_printed_formula_has_same_value(node: Node) -> None:
 
 
 @given(nodes())
-def test_number_of_one_pose_equals_that_of_evaluator(node: Node) -> None:
+def test_value_for_one_pose_equals_that_of_evaluator(node: Node) -> None:
     """A formula that is undefined for the values has no number."""
     one = number(node, VALUES)
     if one is not None and math.isfinite(one):
@@ -81,7 +81,7 @@ def test_number_of_one_pose_equals_that_of_evaluator(node: Node) -> None:
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
-def test_function_of_one_pose_equals_function_of_samples(name: str) -> None:
+def test_function_gives_same_value_for_pose_and_samples(name: str) -> None:
     arguments = tuple(map(Number, (0.75, -2.5)[: FUNCTIONS[name].arguments]))
     one = number(FunctionCall(name, arguments), {})
 

@@ -98,7 +98,7 @@ def test_hand_turns_at_steady_rate(per_second: int, time_constant_s: float) -> N
     assert np.concatenate(lags).max() <= time_constant_s
 
 
-def test_still_hand_has_no_overshoot() -> None:
+def test_hand_starting_from_rest_has_no_overshoot() -> None:
     world = World()
     world.follow_attitude(0, 60, 0, 0.1)
     world.follow_altitude(2, 0.1)

@@ -142,7 +142,7 @@ def test_stopping_keeps_latest_sample_for_ever(rate_hz: Fraction, samples: int) 
     assert sample(stream)[0] == samples
 
 
-def test_before_first_sample_data_is_0() -> None:
+def test_data_is_0_before_first_sample() -> None:
     stream = SampleStream(6, tagged)
 
     assert (stream.data, stream.index, stream.running) == (bytes(6), -1, False)

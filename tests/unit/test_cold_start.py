@@ -103,7 +103,7 @@ def test_barometer_answers_immediately_with_boot_status() -> None:
 
 
 @pytest.mark.parametrize("part", ADDRESS)
-def test_without_cold_start_sensors_answer_at_time_0(part: str) -> None:
+def test_sensors_answer_at_time_0_without_cold_start(part: str) -> None:
     """The reset button has the same result, because it does not affect the sensors' supply."""
     register, identity = IDENTITY[part]
     board = Board()

@@ -98,7 +98,7 @@ def test_field_hint_needs_turned_board(turn: float, offset: tuple[float, ...], f
 
 
 @given(OFFSETS, st.floats(0.1, 2.0))
-def test_field_hint_ignores_calibration_that_still_learns(offset: tuple[float, ...], turn: float) -> None:
+def test_field_hint_ignores_unfinished_calibration(offset: tuple[float, ...], turn: float) -> None:
     """MagCalibration subtracts half of the sum of the smallest and the largest value so far."""
     truth = tumbled(60, turn)
     raw = truth + offset

@@ -165,7 +165,7 @@ def test_reference_filter_subtracts_first_sample() -> None:
     assert filtered(world, unchanged, 7).block(7, 100) == pytest.approx(expected, abs=1e-12)
 
 
-def test_still_world_passes_low_pass_unchanged() -> None:
+def test_constant_signal_passes_low_pass_unchanged() -> None:
     world = World(50_000)
     world.signal[:] = np.array([[0.1], [-1000 / 3], [0.0]])
 
@@ -221,7 +221,7 @@ def test_world_change_affects_later_filtered_samples_only(number: int, count: in
     assert min(asked for asked, _ in world.asked) >= number
 
 
-def test_world_change_before_first_sample_replaces_world() -> None:
+def test_world_change_before_first_sample_replaces_signal() -> None:
     world = World()
     changing = filtered(world, SETTLED)
     changing.block(0, 10)

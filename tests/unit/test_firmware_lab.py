@@ -173,7 +173,7 @@ def test_tick_reads_four_bursts_in_lab_order() -> None:
 @pytest.mark.parametrize(
     ("device", "kept"), [(LSM6DSL, {"ACC", "GYR"}), (LIS2MDL, {"MAG"}), (LPS22HB, {"Pre"})]
 )
-def test_failed_read_keeps_only_its_values(device: int, kept: set[str]) -> None:
+def test_failed_read_keeps_only_its_old_values(device: int, kept: set[str]) -> None:
     hal = slide_board()
     firmware = run_until_power_off(Template, hal)
     hal.silent.add(device)

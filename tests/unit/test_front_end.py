@@ -184,7 +184,7 @@ class Counted(Moving):
         return self.sensed.agitated(from_s, to_s, pace_s)
 
 
-def test_still_world_is_evaluated_once_per_block() -> None:
+def test_motionless_world_is_evaluated_once_per_block() -> None:
     """A board at rest costs the same as without a front end."""
     world = World()
     world.set_attitude(20, 30, 40)
@@ -288,7 +288,7 @@ def test_overload_gives_full_scale_on_every_board(seed: int, moving: bool) -> No
         assert gyro_z == 0x7FFF
 
 
-def test_still_overload_is_clipped_before_user_offset() -> None:
+def test_constant_overload_is_clipped_before_user_offset() -> None:
     """3 g at a full scale of 2 g, with Z_OFS_USR = 1 g, which is subtracted: the clipped 2 g become 1 g."""
     board = Board(ideal=True)
     board.world.set_gravity(3 * 9.80665)

@@ -73,7 +73,7 @@ def test_temporary_directory_is_used_without_runtime_directory(
         assert (tmp_path / f"fcu-emulator-{os.geteuid()}" / "ttyFCU0").is_char_device()
 
 
-def test_directory_that_is_symbolic_link_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_symbolic_link_as_directory_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "fcu-emulator").symlink_to(tmp_path / "elsewhere")

@@ -163,7 +163,7 @@ def run(script: str, stdin: int = subprocess.DEVNULL) -> subprocess.Popen[bytes]
     )
 
 
-def test_interpreter_exits_cleanly_after_its_reader_left() -> None:
+def test_interpreter_exits_cleanly_after_reader_closes() -> None:
     script = """
 sys.stdin.read()                    # until the reader has left
 link.send(b'x' * 100_000)

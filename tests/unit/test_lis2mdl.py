@@ -91,7 +91,7 @@ def test_trigger_after_measurement_starts_next_one() -> None:
     assert chip.byte(CFG_REG_A) == 0x83
 
 
-def test_single_measurement_takes_its_sample_when_triggered() -> None:
+def test_single_measurement_is_sampled_at_its_trigger() -> None:
     chip = Chip("LIS2MDL")
     field_of(chip, 1, 1, 1)
     before = chip.world.signals["magnetic_field_mgauss"]

@@ -50,7 +50,7 @@ def test_each_axis_is_compared_both_ways(field: tuple[float, float, float], expe
     assert sources(chip, 1) == [expected | (expected != 0)]
 
 
-def test_axes_that_are_not_enabled_are_not_compared() -> None:
+def test_disabled_axes_are_not_compared() -> None:
     chip = played((200, 200, 200))
     threshold(chip, 100, 0x40 | IEA | IEN)
 

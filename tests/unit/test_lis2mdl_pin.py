@@ -124,7 +124,7 @@ def test_int_has_priority_over_data_ready() -> None:
     assert edges == [(0, 0), (at(1), 1)]
 
 
-def test_in_4_wire_spi_pin_is_sdo(words: Words) -> None:
+def test_pin_is_sdo_with_4_wire_spi(words: Words) -> None:
     chip = x_counts(200)
     threshold(chip, 100, XYZ | IEA | IEN)
     edges = watched(chip, FOURWSPI | INT_ON_PIN)

@@ -182,7 +182,7 @@ def test_findings_are_sent_every_2_s() -> None:
 # -- pace ---------------------------------------------------------------------------------------------------
 
 
-def test_pace_is_that_of_preceding_second() -> None:
+def test_pace_is_measured_over_preceding_second() -> None:
     sent = Sent(Board("lab3", ideal=True))
     sent.pass_ms(1010, speed=0.5)
     sent.pass_ms(1100, speed=0.25)

@@ -62,7 +62,7 @@ def test_output_in_bypass_is_latest_sample(fifo_ctrl: int) -> None:
     assert all("FIFO_CTRL.F_MODE" in text for _, text in forbidden)
 
 
-def test_without_fifo_en_no_mode_stores_samples() -> None:
+def test_no_mode_stores_samples_without_fifo_en() -> None:
     chip = collecting(STREAM)
     chip.write(CTRL_REG2, 0x10)
     after(chip, 5)
@@ -218,7 +218,7 @@ def test_reading_final_byte_removes_fifo_level() -> None:
     assert chip.byte(FIFO_STATUS) == 1
 
 
-def test_with_bdu_partly_read_level_is_not_overwritten() -> None:
+def test_partly_read_level_with_bdu_is_not_overwritten() -> None:
     """Datasheet 9.5, with a full stream that continues during the read."""
     chip = collecting(STREAM)
     chip.write(CTRL_REG1, 0x22)

@@ -182,7 +182,7 @@ def test_boot_takes_15_ms_and_keeps_configuration() -> None:
     assert chip.is_ready(ACCELEROMETER)
 
 
-def test_banks_hide_main_registers_until_left() -> None:
+def test_open_bank_hides_main_registers() -> None:
     """Datasheet T22 and sections 11, 12: 0x80 bank A, 0xA0 bank B, 0x00 main."""
     chip = Chip("LSM6DSL")
 

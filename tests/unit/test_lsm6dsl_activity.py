@@ -143,7 +143,7 @@ def test_latched_activity_pin_stays_until_source_read() -> None:
     assert bench.look() == [("INT1", sample_ps(ASLEEP), 1), ("INT1", PS_PER_S, 0)]
 
 
-def test_no_tap_while_inactive() -> None:
+def test_tap_is_not_detected_while_inactive() -> None:
     bench = woken_at(0.2)
     tap = (TAP_THS_6D, 4), (TAP_CFG, ENABLE | INACT_XL_ONLY | 0x0E), (WAKE_UP_THS, 1)
     bench.configure(tap)

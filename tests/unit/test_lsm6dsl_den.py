@@ -219,7 +219,7 @@ def test_den_edge_before_rate_change_passes_first_sample() -> None:
     assert bench.byte(STATUS_REG) & 1 == 1
 
 
-def test_leaving_mode_shows_every_sample_again() -> None:
+def test_leaving_den_mode_shows_every_sample_again() -> None:
     bench = stamping(EDGE, (CTRL4_C, DEN_XL_EN))
     bench.after(5)
     bench.write(CTRL6_C, 0x00)

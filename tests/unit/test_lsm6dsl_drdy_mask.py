@@ -127,11 +127,11 @@ def fast(*writes: tuple[int, int]) -> Chip:
     return chip
 
 
-def test_without_mask_bit_no_sample_is_hidden() -> None:
+def test_no_sample_is_hidden_without_mask_bit() -> None:
     assert hidden(Chip("LSM6DSL"), FAST, ((CTRL1_XL, 0xA0),)) == 0
 
 
-def test_masked_samples_can_still_be_read() -> None:
+def test_masked_samples_can_be_read() -> None:
     chip = fast(MASK)
     chip.t_ps = FAST.sample_ps(0)
     assert chip.counts(FAST) == (0, 0, 0x4009)
@@ -160,7 +160,7 @@ def test_drdy_pin_is_masked(pulsed: int) -> None:
     assert edges[0] == FAST.sample_ps(13)
 
 
-def test_earlier_data_ready_is_masked() -> None:
+def test_data_ready_before_rate_change_is_masked() -> None:
     chip = fast(MASK, (INT1_CTRL, 0x01))
     chip.wait(PS_PER_S)
     assert chip.is_ready(FAST)

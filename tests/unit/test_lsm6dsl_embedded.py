@@ -135,7 +135,7 @@ def test_pause_longer_than_debounce_time_restarts_debounce(deb_time: int, counte
     assert steps(chip) == counted
 
 
-def test_after_pause_seven_more_steps_are_needed() -> None:
+def test_seven_more_steps_are_needed_after_pause() -> None:
     def signal(t_s: Array) -> Array:
         return np.where(t_s[:, np.newaxis] < 10, bounce(8)(t_s), bounce(7, at_s=12.0)(t_s))
 
@@ -366,7 +366,7 @@ def test_delta_time_needs_low_timer_resolution(words: Words) -> None:
     ("threshold", "debounce", "steps_needed"),
     [(6, 6, 7), (10, 6, 11), (1, 6, 7), (1, 0, 2)],
 )
-def test_significant_motion_after_more_steps_than_threshold(
+def test_significant_motion_needs_more_steps_than_threshold(
     threshold: int, debounce: int, steps_needed: int
 ) -> None:
     """AN5040 6.2: more than SM_THS steps, and at least as many as the debounce needs."""

@@ -300,7 +300,7 @@ def test_single_double_tap_selects_latched_tap(pin: int, double: int, route: int
     assert bench.byte(TAP_SRC) == 0
 
 
-def test_reading_one_source_keeps_others() -> None:
+def test_reading_one_source_does_not_clear_others() -> None:
     samples = [FLAT] * 3 + [STILL] * 5 + [along(0, 1000.0)]
     writes = (FREE_FALL, 3), (TAP_THS_6D, 0x40), (MD1_CFG, 0x14), (TAP_CFG, ENABLE | LIR)
     bench = Bench(samples, *writes).at(50)
@@ -313,7 +313,7 @@ def test_reading_one_source_keeps_others() -> None:
 # -- enable, power-down, reset ------------------------------------------------------------------------------
 
 
-def test_without_interrupts_enable_no_event_is_detected() -> None:
+def test_no_event_is_detected_without_interrupts_enable() -> None:
     bench = Bench([STILL, FLAT] * 20, (FREE_FALL, 7), (TAP_CFG, 0x0E), (MD1_CFG, 0xFC)).at(39)
 
     assert [bench.byte(register) for register in (WAKE_UP_SRC, TAP_SRC, D6D_SRC)] == [0, 0, 0]

@@ -93,7 +93,7 @@ def test_fifo_pattern_follows_rates_and_decimation(
         assert found in possible[mark] if mark else found == (0, 0, 0)
 
 
-def test_slower_fifo_takes_every_fourth_sample() -> None:
+def test_slower_fifo_stores_every_fourth_sample() -> None:
     """The sensor has 104 Hz and the FIFO 26 Hz."""
     chip = fifo_of(CONTINUOUS, odr=2)
     taken = b""
@@ -232,7 +232,7 @@ def test_half_read_word_survives_overwriting() -> None:
     assert chip.read(FIFO_DATA_OUT, 6) == chip.read(0x28, 6)
 
 
-def test_empty_fifo_read_repeats_last_word_with_note(words: Words) -> None:
+def test_empty_fifo_read_repeats_latest_word_with_note(words: Words) -> None:
     chip = fifo_of(CONTINUOUS)
     samples(chip, 1)
     data = chip.read(FIFO_DATA_OUT, 6)
@@ -358,7 +358,7 @@ def test_unread_fifo_ends_with_latest_words(looks: int) -> None:
 
 
 @pytest.mark.parametrize("hours", [1, 24])
-def test_samples_that_are_overwritten_unread_are_not_computed(hours: int) -> None:
+def test_samples_overwritten_before_read_are_not_computed(hours: int) -> None:
     asked: list[int] = []
     chip = fifo_of(CONTINUOUS)
     acceleration = chip.world.signals["acceleration_g"]

@@ -82,7 +82,7 @@ def test_fifo_data_always_wraps(ctrl5: int) -> None:
     assert [chip.part.advance(0x3D, count) for count in range(5)] == [0x3D, 0x3E, 0x3F, 0x3E, 0x3F]
 
 
-def test_without_increment_no_burst_wraps() -> None:
+def test_no_burst_wraps_without_increment() -> None:
     chip = measuring((CTRL5_C, 1 << 5), (CTRL3_C, 0x00))
 
     assert chip.read(0x2D, 4) == 4 * chip.read(0x2D)

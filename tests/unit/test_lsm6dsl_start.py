@@ -93,7 +93,7 @@ def first_rates(chip: Chip, channel: Channel, began_ps: int, count: int) -> list
 
 
 @pytest.mark.parametrize(("code", "discarded"), TO_DISCARD.items())
-def test_start_is_over_after_documented_samples(code: int, discarded: int) -> None:
+def test_gyroscope_start_ends_after_documented_samples(code: int, discarded: int) -> None:
     """The samples that DRDY_MASK hides are too small. All later ones are exact."""
     channel, chip = at_rate(GYROSCOPE, code), Chip("LSM6DSL")
     chip.set("angular_rate_dps", 200.0, 0.0, 0.0)

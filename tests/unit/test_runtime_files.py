@@ -248,7 +248,7 @@ def _send(connection: socket.socket, data: bytes, ended: threading.Event) -> Non
 
 
 @posix
-def test_token_is_in_files_of_this_user_alone(folder: Path) -> None:
+def test_files_with_token_are_readable_by_owner_only(folder: Path) -> None:
     with closing(ControlServer("lab3", [], dict)):
         one = address.fresh(8000)
         address.publish(one)

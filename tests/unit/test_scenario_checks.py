@@ -105,7 +105,7 @@ def test_open_expectation_describes_itself(tmp_path: Path, kind: str, keys: str,
     words("scenario", verdict.says)
 
 
-def test_lines_that_differ_are_shown(tmp_path: Path) -> None:
+def test_differing_lines_are_shown(tmp_path: Path) -> None:
     keys = "kind = 'line'\ntext = 'ACC[x,y,z] 0 mg 0 mg 1008 mg'"
     (finding,) = play(tmp_path, f"{IDEAL}[[expect]]\n{keys}\n").findings
     assert finding.diff == ("-ACC[x,y,z] 0 mg 0 mg 1008 mg", "+ACC[x,y,z] 0 mg 0 mg 1000 mg")
@@ -159,7 +159,7 @@ def test_longer_text_differs_in_its_next_line(tmp_path: Path) -> None:
     assert [line[0] for line in finding.diff[1:]] == [" "] * 3 + ["+"] * 6
 
 
-def test_truth_is_that_at_time_of_printing(tmp_path: Path) -> None:
+def test_truth_is_taken_at_time_of_printing(tmp_path: Path) -> None:
     """The board sweeps at 20 degrees a second. With a settling time of 0, the delay of the sensors is visible."""
     turn = "[[timeline]]\ndo = 'sweep'\naxis = 'pitch'\nto_deg = 30\nat = '1s'\nfor = '1.5s'\n"
     field = "[[expect]]\nkind = 'field'\nname = 'Pitch'\ntruth = true\n"

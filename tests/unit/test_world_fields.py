@@ -76,7 +76,7 @@ def test_passing_magnet_starts_and_ends_smoothly() -> None:
     assert size.argmax() == 1000
 
 
-def test_held_magnet_equals_passing_magnet_at_its_place() -> None:
+def test_held_magnet_equals_passing_magnet_at_same_place() -> None:
     passing, held = World(), World()
     end_s = passing.pass_magnet(moment_am2=0.5, distance_m=0.2, speed_m_s=0.5)
     assert held.follow_magnet(north_m=0, west_m=-0.2, up_m=0, moment_am2=0.5) == 0
@@ -134,7 +134,7 @@ def test_figure_of_eight_finds_hard_iron(
     assert np.abs(world.angular_rate_dps(np.arange(2000) / 100)).max() < 300  # a hand, not a motor
 
 
-def test_figure_of_eight_without_field_still_moves() -> None:
+def test_figure_of_eight_without_field_moves_board() -> None:
     world = World()
     world.set_magnetic_field(0, 0, 0)
     world.figure_eight(duration_s=10)

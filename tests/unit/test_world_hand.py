@@ -110,7 +110,7 @@ def test_height_is_continuous_when_hand_takes_or_releases() -> None:
     np.testing.assert_allclose(world.altitude_m([4.0]), 2.0, atol=1e-12)
 
 
-def test_released_board_equals_one_without_hand() -> None:
+def test_released_board_moves_as_without_hand() -> None:
     world, other = World(), World()
     world.take_in_hand(tremor_mg=35, start_s=0.0)
     world.put_down(start_s=1.0)
@@ -153,7 +153,7 @@ def test_recorded_turn_in_hand_gives_centripetal_acceleration() -> None:
     np.testing.assert_allclose(world.specific_force_g([0.5]), [[0, -pull_g, 1]], atol=1e-12)
 
 
-def test_still_world_without_hand_gives_one_row() -> None:
+def test_motionless_world_without_hand_gives_one_row() -> None:
     world = World()
     for quantity in ("acceleration_g", "angular_rate_dps", "magnetic_field_mgauss", "pressure_hpa"):
         assert len(world.sensed(quantity, one_row=True)(np.arange(9.0))) == 1
@@ -207,7 +207,7 @@ def test_figure_of_eight_by_unknown_actor_is_refused() -> None:
     assert refused.value.kind == "choice"
 
 
-def test_putting_down_is_one_change_for_observers() -> None:
+def test_observers_see_putting_down_as_one_change() -> None:
     """No observer sees the height of a board that is both in the hand and put down."""
     world = held(MOTIONS["none"], 0.0)
     world.rotate_to(60, 40, 0, duration_s=0.5)

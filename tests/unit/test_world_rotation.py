@@ -123,7 +123,7 @@ def test_sweep_turns_whole_circle_and_back() -> None:
     np.testing.assert_allclose(world.angular_rate_dps([6.0]), [[0, 0, -90]], atol=1e-9)
 
 
-def test_sweep_starts_from_angle_as_commanded() -> None:
+def test_sweep_starts_at_commanded_angle() -> None:
     world = World()
     world.set_attitude(0, 0, 350)
     world.sweep("yaw", 360, duration_s=1)

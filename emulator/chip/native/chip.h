@@ -51,8 +51,8 @@ struct Chip {
   /* Read by Python, in this order (library.py). */
   int64_t now_ps;       /* time of the current access or event */
   int64_t host_next_ps; /* earliest event of Python's clock */
-  /* time until which a value is valid: the latest value that Python returned, or read from a peripheral in
-     C */
+  /* time until which a value is valid: the latest value that Python returned, or that was read from a
+     peripheral in C */
   int64_t until_ps;
   int64_t must_stop;    /* end the run after this instruction, because of an error or request in a callback */
   int64_t detailed;     /* the trace records bus transfers and chip-select edges */

@@ -147,7 +147,7 @@ uint32_t fcu_peripheral_base(const Chip *chip, int32_t index);
 int32_t fcu_peripheral_at(const Chip *chip, uint32_t address);
 /* RCC calls this function to switch the clock of the peripheral in Python at this address. */
 void fcu_gate_python(Chip *chip, uint32_t address, int32_t clocked);
-/* RCC calls these to switch clocks and to reset peripherals. Bit n is the peripheral with index n. */
+/* RCC calls these functions to switch clocks and to reset peripherals. Bit n is the peripheral with index n. */
 void fcu_gate(Chip *chip, uint64_t peripherals, uint64_t clocked);
 int32_t fcu_is_clocked(const Chip *chip, int32_t index);
 void fcu_reset_peripherals(Chip *chip, uint64_t peripherals);
@@ -227,7 +227,7 @@ uint32_t fcu_dma_remaining(const Chip *chip, int32_t line);
 /* -- registers of the sensors: sensor_registers.c; I2C: i2c.c, i2c_wire.c ----------------------------------------- */
 
 SensorRegisters *fcu_connect_targets(Chip *chip, const TargetCalls *calls);
-/* version: address of the sensor's version counter; it must stay valid. increment_bit: the bit of a
+/* version: address of the sensor's version counter; the address must stay valid. increment_bit: the bit of a
  * sub-address that enables its increment, or 0. Return -1 if there are too many targets; Python then handles
  * the reads. */
 int32_t fcu_add_target(Chip *chip, const uint64_t *version, int32_t increment_bit);

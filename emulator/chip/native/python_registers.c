@@ -22,8 +22,8 @@ bool python_registers_is_ignored(const Chip *chip, uint32_t address, enum Ignore
 }
 
 void python_registers_ignore(Chip *chip, uint32_t address, enum IgnoreReason kind) {
-  /* this entry may replace another address, which must be reported again, so its cached value must not be
-     used */
+  /* The new entry may replace another address. An access to the replaced address must be reported again, so
+     its cached value must not be used. */
   poll_skip_invalidate(&chip->poll_skip);
   chip->python_registers.ignored[hash(address, IGNORED_SLOTS)] = address | kind;
 }

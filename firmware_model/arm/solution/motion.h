@@ -9,7 +9,7 @@ extern AxesRaw_TypeDef acc; /* mg */
 extern AxesRaw_TypeDef mag; /* mgauss; calibrated in place by MagCalibration */
 extern float press_zero_level; /* hPa at the floor of the room, 0 m */
 
-/* Degrees. Yaw (azimuth) is 0 when X points to magnetic north and grows counter-clockwise, seen from above. */
+/* Degrees. Yaw (azimuth) is 0 when X points to magnetic north; it grows counter-clockwise, seen from above. */
 extern float pitch, roll, azimuth;
 
 /* Extremes of each axis so far, mgauss. */

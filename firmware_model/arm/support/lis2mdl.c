@@ -1,4 +1,4 @@
-/* LIS2MDL: set-up and readings. Registers: LIS2MDL datasheet, section 8. After reset it uses three-wire SPI. */
+/* LIS2MDL: set-up and readings. Registers: LIS2MDL datasheet, section 8. After reset the sensor uses 3-wire SPI. */
 #include "lis2mdl.h"
 
 #include "conversion.h"

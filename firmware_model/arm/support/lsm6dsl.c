@@ -49,8 +49,8 @@ static DrvStatusTypeDef Update(uint8_t reg, uint8_t mask, uint8_t value)
   return Sensor_IO_Update(&lsm6dsl, reg, mask, value);
 }
 
-/* The first steps are the same for accelerometer and gyroscope. The next two write the output
- * data rate 0 (power-down) and the range. */
+/* The first steps are the same for accelerometer and gyroscope. The next two steps write the
+ * output data rate 0 (power-down) and the range. */
 static DrvStatusTypeDef Init(uint8_t control, uint8_t full_scale)
 {
   if (Sensor_IO_CheckId(&lsm6dsl, WHO_AM_I, WHO_AM_I_VALUE) != COMPONENT_OK ||

@@ -1,4 +1,4 @@
-/* The board's two LEDs: LED1 on PB5, LED2 on PB4, both lit by a low level. */
+/* The board's two LEDs: LED1 on PB5, LED2 on PB4. A low level lights them. */
 #ifndef STEVAL_FCU001_V1_H
 #define STEVAL_FCU001_V1_H
 

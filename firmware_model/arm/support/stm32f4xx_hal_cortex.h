@@ -16,7 +16,7 @@ void HAL_NVIC_EnableIRQ(IRQn_Type IRQn);
 void HAL_NVIC_DisableIRQ(IRQn_Type IRQn);
 void HAL_NVIC_SystemReset(void);
 
-/* Interrupt every TicksNumb cycles of HCLK; returns 0, or 1 if that is more than 24 bits. */
+/* Interrupt every TicksNumb cycles of HCLK; returns 0, or 1 if the reload value has more than 24 bits. */
 uint32_t HAL_SYSTICK_Config(uint32_t TicksNumb);
 
 #endif

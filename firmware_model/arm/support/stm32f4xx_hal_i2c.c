@@ -93,8 +93,8 @@ static HAL_StatusTypeDef Fail(Transfer *transfer, uint32_t sr1)
 static HAL_StatusTypeDef WaitFor(Transfer *transfer, uint32_t flag)
 {
   for (;;) {
-    /* The time is read first, so that a flag which is set in time counts, even after a long
-       interrupt. */
+    /* The time is read first, so that a flag counts if it was set in time, even after a
+       long interrupt. */
     int expired = HAL_Expired(transfer->tickstart, transfer->timeout_ms);
     uint32_t sr1 = transfer->regs->SR1;
     if ((sr1 & SR1_ERRORS) != 0U) {
@@ -197,7 +197,7 @@ static HAL_StatusTypeDef ReceiveMany(Transfer *transfer, uint8_t *data, uint32_t
 {
   ClearAddr(transfer);
   while (size > 3U) {
-    /* If an even number remains, only one byte is read, so that three remain after the loop. */
+    /* If an even number remains, one byte is read instead of two, so that the loop ends with three. */
     uint32_t count = size % 2U == 0U ? 1U : 2U;
     HAL_StatusTypeDef status = WaitFor(transfer, I2C_SR1_BTF);
     if (status != HAL_OK) {
@@ -267,7 +267,7 @@ HAL_StatusTypeDef HAL_I2C_Master_Receive(I2C_HandleTypeDef *hi2c, uint16_t DevAd
   return End(&transfer, ReceiveBytes(&transfer, DevAddress, pData, Size));
 }
 
-/* Sends address and register number, with which a write and a read of a device's register begin. */
+/* Sends address and register number, the beginning of each write or read of a device's register. */
 static HAL_StatusTypeDef SendRegister(Transfer *transfer, uint16_t device, uint16_t address, uint16_t size)
 {
   uint8_t bytes[2] = {(uint8_t)(address >> 8), (uint8_t)address};

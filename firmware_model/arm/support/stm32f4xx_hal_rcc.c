@@ -24,7 +24,7 @@ static HAL_StatusTypeDef SwitchOscillator(uint32_t on_bits, uint32_t state, uint
   return WaitForBits(&RCC->CR, ready, state != 0U ? ready : 0U, timeout_ms);
 }
 
-/* The PLL's factors can be changed while it is off only (RM0368 6.3.2). */
+/* The PLL's factors can be changed only while the PLL is off (RM0368 6.3.2). */
 static HAL_StatusTypeDef ConfigurePll(const RCC_PLLInitTypeDef *pll)
 {
   if (pll->PLLState == RCC_PLL_NONE) {

@@ -1,7 +1,7 @@
 /* SPI on three wires (RM0368 20.3.4, "1 clock and 1 bidirectional data wire").
  *
- * A master that receives on its one data wire clocks byte after byte while SPE is set. If the
- * software clears SPE during a byte, this byte is the last one and is received whole (RM0368
+ * While SPE is set, a receiving master with one data wire generates clocks for byte after byte. If
+ * the software clears SPE during a byte, this byte is the last one and is received whole (RM0368
  * 20.3.8, "Disabling the SPI": wait one SPI clock cycle, then clear SPE). Decision: this code
  * sets and clears SPE for each byte. Setting SPE for a whole block was rejected, because an interrupt could
  * then cause an overrun.

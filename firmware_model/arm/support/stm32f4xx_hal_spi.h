@@ -37,8 +37,8 @@ typedef struct {
 #define SPI_BAUDRATEPRESCALER_32 (4U << SPI_CR1_BR_Pos)
 #define SPI_FIRSTBIT_MSB 0U
 
-/* Returns HAL_ERROR for other directions than SPI_DIRECTION_1LINE, which this layer does not
- * have. */
+/* This layer has only the direction SPI_DIRECTION_1LINE; for other directions the result
+ * is HAL_ERROR. */
 HAL_StatusTypeDef HAL_SPI_Init(SPI_HandleTypeDef *hspi);
 
 /* They return HAL_BUSY if the handle is in use, and HAL_TIMEOUT if a flag is not set within

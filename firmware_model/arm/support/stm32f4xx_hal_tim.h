@@ -5,9 +5,9 @@
 #include "stm32f4xx_hal_def.h"
 
 typedef struct {
-  uint32_t Prescaler; /* the counter's clock is the timer's, divided by Prescaler + 1 */
+  uint32_t Prescaler; /* the counter's clock is the timer's clock divided by Prescaler + 1 */
   uint32_t CounterMode;
-  uint32_t Period; /* the counter overflows every Period + 1 of its clocks */
+  uint32_t Period; /* the counter overflows once in Period + 1 counts */
   uint32_t ClockDivision;
 } TIM_Base_InitTypeDef;
 

@@ -91,8 +91,8 @@ static bool decode_exchange(uint32_t address, uint16_t first, Insn *insn) {
 }
 
 /* -- IT ------------------------------------------------------------------------------------------------
- * decode_cache.c inserts the conditions. An instruction whose condition fails takes a cycle (Cortex-M4 TRM
- * 3.3.1) and is counted. */
+ * decode_cache.c inserts the conditions. If the condition fails, the instruction is skipped; it takes a cycle
+ * (Cortex-M4 TRM 3.3.1) and is counted. */
 
 #define DEFINE_SKIP_UNLESS(name, condition)  \
   OPERATION(skip_unless_##name) {            \
@@ -126,7 +126,7 @@ Operation mask_operation(unsigned condition) {
   return operations[condition >> 1];
 }
 
-/* A7.7.38; UNPREDICTABLE in another IT block. */
+/* A7.7.38; IT inside an IT block is UNPREDICTABLE. */
 static bool decode_it(uint32_t itstate, Insn *insn) {
   insn->run = nop;
   insn->imm = itstate;

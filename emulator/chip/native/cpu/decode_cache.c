@@ -277,7 +277,7 @@ const Insn *decode_cache_block(Core *core, const Memory *memory, uint32_t addres
 
 const Insn *decode_cache_prefix(Core *core, const Insn *block, unsigned count) {
   Insn *prefix = core->decode_cache->prefix;
-  /* `rest` is not copied to the prefix; it has at least this number of instructions */
+  /* the part from `rest` on is not copied; it has at least this number of instructions */
   unsigned most = block->remaining - count;
   const Insn *rest = block;
   for (const Insn *insn = block + 1; insn->remaining >= most; insn++) {

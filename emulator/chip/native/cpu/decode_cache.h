@@ -2,8 +2,8 @@
  *
  * A block can begin at any address that execution has reached. Besides instructions a block contains other
  * steps, such as the conditions of IT blocks. A block ends with a link to the following address, or with a return
- * to the main loop. A block that ends with a direct branch also has a link to the target. A link is resolved when
- * it is first used.
+ * to the main loop. If a direct branch ends the block, the block also has a link to the target. A link is resolved
+ * when it is first used.
  *
  * When code changes or the storage is full, all blocks are discarded.
  */

@@ -14,10 +14,10 @@ typedef struct {
   uint64_t by, reciprocal;
 } Divisor;
 
-/* by must be positive. */
+/* `by` must be positive. */
 static inline Divisor make_divisor(int64_t by) { return (Divisor){(uint64_t)by, UINT64_MAX / (uint64_t)by}; }
 
-/* dividend must not be negative; the result is exact. */
+/* `dividend` must not be negative; the result is exact. */
 static inline int64_t fast_divide(int64_t dividend, const Divisor *divisor) {
   uint64_t quotient = (uint64_t)((unsigned __int128)(uint64_t)dividend * divisor->reciprocal >> 64);
   return (int64_t)(quotient + ((uint64_t)dividend - quotient * divisor->by >= divisor->by));

@@ -7,8 +7,8 @@
  *
  * Frames have eight words, or 26 with floating point (CONTROL.FPCA). They are aligned to eight bytes if
  * CCR.STKALIGN is set or if they have floating point. Bit 9 of the saved xPSR marks padding (B1.5.6 to B1.5.8).
- * Decision: exception entry saves S0 to S15 and FPSCR immediately. A handler that restores all registers it changes
- * cannot detect the difference from lazy stacking (FPCCR.LSPEN).
+ * Decision: exception entry saves S0 to S15 and FPSCR immediately. A handler cannot detect
+ * the difference from lazy stacking (FPCCR.LSPEN) if it restores all registers that it changes.
  *
  * NOT MODELLED: an entry does not clear the exclusive monitor (A3.4); stores are never buffered, so all bus faults
  * are precise.

@@ -12,7 +12,7 @@
 /* A message from start to stop. Python reads this struct. */
 typedef struct {
   int64_t open;
-  /* Python handles the message. Python has received the whole message except the bytes below, which C has
+  /* Python handles the message, and has received all of the message except the bytes below, which C has
      read from registers */
   int64_t live;
   int64_t start_ps, end_ps;
@@ -52,9 +52,9 @@ typedef struct {
   int32_t event;
   uint8_t phase, completion;
   uint8_t wants_events; /* an interrupt or DMA waits for flags */
-  uint8_t in_dma;       /* in a DMA request */
+  uint8_t in_dma;       /* a DMA request is being served */
   uint8_t settings_checked;
-  uint8_t nack_next;   /* LAST: the next byte is the final byte of the DMA transfer, and is not acknowledged */
+  uint8_t nack_next;   /* LAST: the next byte ends the DMA transfer, so it is not acknowledged */
   uint8_t dr_full;     /* a byte in DR waits for the shift register */
   uint8_t shift_full;  /* the latest byte arrived while DR was full */
   uint8_t acknowledge; /* value of ACK when the previous byte ended; if POS is set, used for the present byte */

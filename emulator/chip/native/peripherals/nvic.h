@@ -1,8 +1,8 @@
 /* NVIC: enabled, pending and active exceptions, and priorities (ARMv7-M ARM B1.5, B3.4).
  *
  * Exceptions are numbered as in the vector table: interrupt n is 16 + n. Lines are level sensitive (PM0214 4.3.9): a
- * rising line makes its interrupt pending. A line that is still active when the handler returns, or when software
- * clears the pending bit, makes the interrupt pending again.
+ * rising line makes its interrupt pending. If the line is still active when the handler returns or software clears
+ * the pending bit, the interrupt becomes pending again.
  */
 #ifndef FCU_NVIC_H
 #define FCU_NVIC_H
@@ -36,7 +36,7 @@ typedef struct {
   int16_t priority[EXCEPTIONS];
 } Nvic;
 
-/* Reset all state, including the levels of lines. A line that is set afterwards counts as a rising line. */
+/* Reset all state, including the levels of lines. If a line is set afterwards, it counts as a rising line. */
 void nvic_reset(Nvic *nvic);
 /* Return 0 if no exception is ready. */
 int nvic_highest_pending(const Nvic *nvic);

@@ -5,7 +5,7 @@
  * drive the line against each other: the host reads the AND of their bits. A note reports the first such byte.
  *
  * C reads the sensor's registers (sensor_registers.h). Python takes over if a register is read live, if registers are
- * written, or if no driver uses the sequence.
+ * written, or if the bytes have an order that drivers do not use.
  */
 #include "peripherals/spi.h"
 
@@ -63,7 +63,7 @@ static uint8_t read_sensor(Spi *spi, SpiSensor *sensor) {
   return (uint8_t)spi->line.calls.receive(spi->peripheral.chip->now_ps, sensor->message.sensor, spi->line.wires);
 }
 
-/* Sensors that are selected while the clock is stopped do not conflict, for example while firmware sets
+/* Sensors do not conflict if they are selected while the clock is stopped, for example while firmware sets
  * its pins up. */
 static void check_conflict(Spi *spi) {
   char names[32] = "";

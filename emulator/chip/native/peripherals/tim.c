@@ -26,8 +26,8 @@ _Static_assert(sizeof TIM_RESETS[0] == sizeof((Tim *)0)->registers, "the registe
 #define ALL_FLAGS 0xFFu
 #define CC_DMA (DIER_CC1DE | DIER_CC2DE | DIER_CC3DE | DIER_CC4DE)
 #define ECE_SMS (SMCR_ECE | SMCR_SMS)
-/* A handler that clears the flag later than this is late. Exception entry and HAL's check of flags take
- * about a hundred instructions. */
+/* A handler is late if it takes longer than this to clear the flag. Exception entry and HAL's check of flags
+ * take about a hundred instructions. */
 #define LATE_AFTER_PS INT64_C(10000000)
 
 enum { NOTE_SMCR, NOTE_DIER, NOTE_DCR, NOTE_DMAR };
@@ -108,8 +108,8 @@ static void raise_compare_flags(Tim *tim, int64_t steps) {
 
 /* -- the counts of ticks --------------------------------------------------------------------------------- */
 
-/* An update counts as a tick if UIE is set. A tick is lost if the flag was still set. A tick is late if more than
- * LATE_AFTER_PS pass until the flag is cleared. */
+/* An update counts as a tick if UIE is set. A tick is lost if the flag was already set. A tick is late if more
+ * than LATE_AFTER_PS pass until the flag is cleared. */
 
 static void tick_due(Tim *tim) {
   tim->counts.ticks++;
@@ -396,8 +396,8 @@ static uint32_t value_of(const Tim *tim, uint32_t offset) {
 
 Tim tim_at_present(const Tim *tim) {
   Tim now = *tim;
-  /* so that the copy causes no DMA request and no tick; enabled flags have events, and no such event is
-     due */
+  /* Without DIER the copy causes no DMA request and no tick. Nothing is missed: an enabled flag has an event,
+     and no event is due. */
   REGISTER(&now, DIER) = 0;
   catch_up(&now);
   REGISTER(&now, DIER) = REGISTER(tim, DIER);

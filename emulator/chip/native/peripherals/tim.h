@@ -13,7 +13,7 @@ typedef struct {
   int64_t ticks; /* updates while UIE was set */
   int64_t late;
   int64_t lost;
-  int64_t longest_wait_ps; /* longest time from a late tick to its handler */
+  int64_t longest_wait_ps; /* longest time from a late tick until its flag is cleared */
 } TickCounts;
 
 typedef struct {

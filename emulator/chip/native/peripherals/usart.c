@@ -1,7 +1,7 @@
 /* USART1, USART2 and USART6 in asynchronous mode (RM0368 section 19; interrupts: table 38).
  *
  * TXE and TC are computed when SR is read; an event exists only while an interrupt or DMA waits. Python
- * receives sent bytes in groups. A byte that is written before TE is set waits in DR.
+ * receives sent bytes in groups. If a byte is written before TE is set, it waits in DR.
  *
  * TC is cleared by a read of SR and then a write of DR, or by writing 0 to TC. ORE and IDLE are cleared by a
  * read of SR that shows them and then a read of DR (19.3, 19.6.1).
@@ -351,7 +351,7 @@ static void usart_write(Peripheral *peripheral, uint32_t offset, uint32_t value,
 
 static void usart_clocks_changed(Peripheral *peripheral) { set_frame((Usart *)peripheral); }
 
-/* Frames that are already on the wire are still finished. */
+/* The frames that are already on the wire are finished. */
 static void usart_reset(Peripheral *peripheral) {
   Usart *usart = (Usart *)peripheral;
   memset(usart->registers, 0, sizeof usart->registers);
