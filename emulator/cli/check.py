@@ -63,7 +63,7 @@ def _again(options: CheckOptions) -> str:
 
 
 def check_program(options: CheckOptions) -> ExitCode:
-    """Build a folder, judge the program, and print the result. Raises InputError."""
+    """Build a folder's project, judge its program, and print the result. Raises InputError."""
     if options.boards is not None and (options.json is not None or options.save is not None or options.hints):
         raise InputError("--boards must be used without --json, --save and --hint")
     rubric = load_rubric(_rubric_of(options))
@@ -210,8 +210,8 @@ def _built(target: str) -> tuple[str, str | None]:
     if not (folder / "Makefile").exists():
         if elf.exists():
             return str(elf), None
-        problem = f"must have a Makefile or a {ELF}; give a project of `fcu new`, or an ELF file"
-        raise InputError(f"{folder} {problem}")
+        problem = f"must contain a Makefile or {ELF}; give a project of `fcu new`, or an ELF file"
+        raise InputError(f"the folder {folder} {problem}")
     with ProgressLine(f"building {folder}"):
         log = (build_with_make if shutil.which("make") else build_project)(folder, "check")
     if not elf.exists():

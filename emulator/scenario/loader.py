@@ -220,7 +220,7 @@ _DRAWN_IN = ("world", "timeline", "threshold")
 _DRAW_KEYS = {"uniform", "one_of", "random_sign"}
 _RENAMED = {"draw": "uniform", "either_sign": "random_sign"}
 _DRAWN_DIGITS = 2  # decimals of a drawn number, so that it is easy to read
-_DRAW_RIGHT = "uniform = [min, max] with two numbers or two durations, or one_of = [...]"
+_DRAW_RIGHT = "'uniform = [min, max]' with two numbers or durations, or 'one_of = [...]'"
 
 Pick: TypeAlias = Callable[[str, int], float]
 """Function ``pick(path, purpose)``. It returns a position in a range, 0 to 1, for a key path."""

@@ -25,7 +25,7 @@ def world(clock: Clock) -> World:
     return World(clock)
 
 
-def test_setter_takes_effect_immediately_and_keeps_past(clock: Clock, world: World) -> None:
+def test_setter_changes_present_but_not_past(clock: Clock, world: World) -> None:
     clock.advance_to(to_ps(2.0))
     world.set_attitude(roll_deg=0, pitch_deg=30, yaw_deg=0)
     world.set_temperature(degc=40)

@@ -43,7 +43,7 @@ typedef struct {
 typedef struct {
   int32_t port, pin;
   int32_t target;     /* index in sensor_registers.h; negative: Python handles reads */
-  uint8_t is_powered; /* the sensor has power and answers */
+  uint8_t is_powered; /* the sensor has power and responds */
   uint8_t is_selected, is_live, is_reading;
   SpiMessage message;
 } SpiSensor;
