@@ -1,4 +1,4 @@
-"""A run's mistakes: findings of the chip, sensors and bus, then hints from numbers."""
+"""A run's mistakes: problems of the chip, sensors and bus, then hints from wrong printed numbers."""
 
 from __future__ import annotations
 

@@ -368,8 +368,8 @@ class Caller:
                     return
                 core.resume(False)
         raise CallError(
-            f"{name}() has not returned within {timeout_s:g} s of virtual time; it is in "
-            f"{place(self._image, core.pc)}; to allow more: timeout_s=NUMBER",
+            f"{name}() has not returned within {timeout_s:g} s of virtual time; the program is in "
+            f"{place(self._image, core.pc)}; to allow more time: timeout_s=NUMBER",
             kind="timeout",
         )
 
