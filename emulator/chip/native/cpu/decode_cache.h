@@ -23,8 +23,8 @@ const Insn *decode_cache_block(Core *core, const Memory *memory, uint32_t addres
 /* Return a copy of at most `count` instructions of a block. After them the copy exits to the main loop. Return
  * NULL if an IT block does not fit. */
 const Insn *decode_cache_prefix(Core *core, const Insn *block, unsigned count);
-/* Return a copy of one instruction; after the copy, execution exits to the main loop. The caller checks the condition of
- * core->itstate. */
+/* Return a copy of one instruction; after the copy, execution exits to the main loop. The caller checks the
+ * condition of core->itstate. */
 const Insn *decode_cache_single(Core *core, const Memory *memory, uint32_t address);
 
 static inline uint32_t address_after(const Memory *memory, uint32_t address) {
