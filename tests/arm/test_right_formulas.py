@@ -16,6 +16,8 @@ VARIANTS = student_programs.programs("variants.toml") | student_programs.program
 OPTIMISATIONS = ("O0", "O1", "O2", "O3", "Os")
 ALL = bool(os.environ.get("FCU_ALL_STUDENTS"))
 CASES = [(name, OPTIMISATIONS[number % len(OPTIMISATIONS)]) for number, name in enumerate(VARIANTS)]
+LINK_TIME = [("student", "O2 -flto"), ("volatile_everything", "Os -flto")]
+"""Programs that are also optimised at link time."""
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +26,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.skipif(not student_programs.is_buildable(), reason="arm-none-eabi-gcc or make is not installed")
-@pytest.mark.parametrize(("name", "optimisation"), CASES if ALL else CASES[::9])
+@pytest.mark.parametrize(
+    ("name", "optimisation"), [*CASES, *LINK_TIME] if ALL else [*CASES[::9], *LINK_TIME[:1]]
+)
 def test_correct_program_gets_all_points_and_no_finding(name: str, optimisation: str, folder: Path) -> None:
     verdict = judge(str(build(VARIANTS[name], optimisation, folder)), load_rubric("lab3"), seed=1)
 
