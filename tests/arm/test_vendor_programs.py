@@ -87,7 +87,7 @@ def test_flight_controller_sets_expected_motor_outputs() -> None:
     assert compare == {"TIM2": [800] * 4, "TIM4": [1000, 1100, 1200, 1300]}
 
 
-def test_program_all_blocks_computes_while_polling_registers() -> None:
+def test_firmware_computes_while_it_polls_registers() -> None:
     one = board("all_blocks")
     one.run_for(0.04)
 

@@ -190,7 +190,7 @@ int32_t fcu_pin_alternate(const Chip *chip, int32_t port, int32_t pin);
 /* Set the level of an internal signal; its line number is 16 or above. */
 void fcu_set_exti_line(Chip *chip, int32_t line, int32_t level);
 
-/* -- timers by index: tim.c --------------------------------------------------------------------------- */
+/* -- timers by index: tim.c, tim_outputs.c ------------------------------------------------------------ */
 
 void fcu_connect_timers(Chip *chip, const TimCalls *calls);
 const TickCounts *fcu_timer_counts(const Chip *chip, int32_t index);

@@ -4,7 +4,7 @@
  * flag, so that PWM costs nothing. Missed updates are counted when the flag is cleared.
  *
  * Times are counted in ticks of the timer's clock since origin_ps, so that they do not drift. The origin is moved so
- * that the ticks fit into 64 bits. catch_up() needs few steps. The first step goes to the next update, which
+ * that the ticks fit into 64 bits. tim_catch_up() needs few steps. The first step goes to the next update, which
  * loads the preloaded registers; then one step skips all whole cycles.
  *
  * Inputs are in tim_inputs.c, outputs in tim_outputs.c.
@@ -243,7 +243,7 @@ static int64_t time_after(const Tim *tim, int64_t steps) {
   return at_ps < NEVER_PS ? (int64_t)at_ps : NEVER_PS;
 }
 
-/* Call catch_up() first. */
+/* Call tim_catch_up() first. */
 static void change_clock(Tim *tim, int64_t now_ps, int64_t hz) {
   if (tim->running) {
     tim->base_tick -= ticks_at(tim, now_ps);
@@ -259,7 +259,7 @@ static void start(Tim *tim, int64_t now_ps) {
   }
 }
 
-/* Call catch_up() first. The prescaler keeps its phase. */
+/* Call tim_catch_up() first. The prescaler keeps its phase. */
 static void stop(Tim *tim, int64_t now_ps) {
   if (tim->running) {
     tim->running = false;
@@ -304,7 +304,7 @@ static void skip_cycles(Tim *tim, int64_t ticks) {
   }
 }
 
-static inline void catch_up(Tim *tim) {
+inline void tim_catch_up(Tim *tim) {
   int64_t now_ps = tim->peripheral.chip->now_ps;
   move_origin(tim, now_ps);
   while (tim->running) {
@@ -346,8 +346,7 @@ static int64_t next_ps(Tim *tim) {
   return tim->next_ps;
 }
 
-/* Schedule an event for the next flag; set the interrupt lines. */
-static inline void reschedule(Tim *tim) {
+inline void tim_reschedule(Tim *tim) {
   Chip *chip = tim->peripheral.chip;
   uint32_t status = REGISTER(tim, SR), enabled = REGISTER(tim, DIER), active = status & enabled;
   bool wanted = enabled & ~status & (SR_UIF | CC_FLAGS) || enabled & DIER_UDE;
@@ -363,13 +362,9 @@ static inline void reschedule(Tim *tim) {
   }
 }
 
-void tim_catch_up(Tim *tim) { catch_up(tim); }
-
-void tim_reschedule(Tim *tim) { reschedule(tim); }
-
 static void sync(Tim *tim) {
-  catch_up(tim);
-  reschedule(tim);
+  tim_catch_up(tim);
+  tim_reschedule(tim);
 }
 
 static void on_event(Peripheral *peripheral) { sync((Tim *)peripheral); }
@@ -383,7 +378,7 @@ static int64_t next_flag_ps(Tim *tim) {
 
 static bool is_ccr(uint32_t offset) { return offset >= CCRx(1) && offset <= CCRx(4); }
 
-/* Call catch_up() first. */
+/* Call tim_catch_up() first. */
 static uint32_t value_of(const Tim *tim, uint32_t offset) {
   if (offset == CNT) {
     return (uint32_t)cnt_of(tim);
@@ -399,7 +394,7 @@ Tim tim_at_present(const Tim *tim) {
   /* Without DIER the copy causes no DMA request and no tick. Nothing is missed: an enabled flag has an event,
      and no event is due. */
   REGISTER(&now, DIER) = 0;
-  catch_up(&now);
+  tim_catch_up(&now);
   REGISTER(&now, DIER) = REGISTER(tim, DIER);
   return now;
 }
@@ -413,7 +408,7 @@ static uint32_t tim_peek(const Peripheral *peripheral, uint32_t offset) {
 static void read_capture(Tim *tim, int channel) {
   if (is_input(&tim->channels[channel]) && REGISTER(tim, SR) & flag_of(channel)) {
     REGISTER(tim, SR) &= ~flag_of(channel);
-    reschedule(tim);
+    tim_reschedule(tim);
   }
 }
 
@@ -545,7 +540,7 @@ static void tim_write(Peripheral *peripheral, uint32_t offset, uint32_t value, u
     return;
   }
   peripheral->chip->work += WORK_TIMER;
-  catch_up(tim);
+  tim_catch_up(tim);
   value &= mask;
   tim->preload_done = tim->preload_done && offset == SR;
   if (offset == SR) {
@@ -559,7 +554,7 @@ static void tim_write(Peripheral *peripheral, uint32_t offset, uint32_t value, u
     register_changed(tim, offset);
     tim_schedule_edge(tim);
   }
-  reschedule(tim);
+  tim_reschedule(tim);
 }
 
 static int64_t input_hz(const Tim *tim) {
@@ -571,9 +566,9 @@ static void tim_clocks_changed(Peripheral *peripheral) {
   Tim *tim = (Tim *)peripheral;
   int64_t hz = input_hz(tim);
   if (hz != tim->hz) {
-    catch_up(tim);
+    tim_catch_up(tim);
     change_clock(tim, peripheral->chip->now_ps, hz);
-    reschedule(tim);
+    tim_reschedule(tim);
   }
 }
 
@@ -594,7 +589,7 @@ static void tim_reset(Peripheral *peripheral) {
   tim->updates_enabled = true;
   channels_changed(tim);
   discard_tick(tim);
-  reschedule(tim);
+  tim_reschedule(tim);
   tim_schedule_edge(tim);
 }
 
@@ -620,8 +615,20 @@ void timers_create(Chip *chip) {
   }
 }
 
+static const Tim *timer_of(const Chip *chip, int32_t index) { return (const Tim *)chip->peripherals[index]; }
+
+void fcu_connect_timers(Chip *chip, const TimCalls *calls) { chip->timers.calls = *calls; }
+
+const TickCounts *fcu_timer_counts(const Chip *chip, int32_t index) { return &timer_of(chip, index)->counts; }
+
+double fcu_timer_rate(const Chip *chip, int32_t index) {
+  Tim now = tim_at_present(timer_of(chip, index));
+  int64_t ticks = now.prescale * now.overflow_period * (now.repetition + INT64_C(1));
+  return is_blocked(&now) ? 0.0 : (double)now.hz / (double)ticks;
+}
+
 int64_t fcu_timer_next_change(const Chip *chip, int32_t index) {
-  Tim now = tim_at_present((const Tim *)chip->peripherals[index]);
+  Tim now = tim_at_present(timer_of(chip, index));
   now.next_known = false;
   return next_flag_ps(&now);
 }

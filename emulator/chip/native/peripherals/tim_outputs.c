@@ -1,4 +1,4 @@
-/* Outputs of the timers: PWM (RM0368 section 12.3.9), and the functions of fcu.h.
+/* PWM outputs of the timers (RM0368 section 12.3.9).
  *
  * NOT MODELLED, silent: break input, dead time; outputs as levels of pins.
  */
@@ -8,18 +8,6 @@
 
 #define OCM(settings) FIELD(settings, CCMR1_OC1M)
 enum { FORCED_LOW = 4, FORCED_HIGH = 5, PWM1 = 6, PWM2 = 7 };
-
-static const Tim *timer_of(const Chip *chip, int32_t index) { return (const Tim *)chip->peripherals[index]; }
-
-void fcu_connect_timers(Chip *chip, const TimCalls *calls) { chip->timers.calls = *calls; }
-
-const TickCounts *fcu_timer_counts(const Chip *chip, int32_t index) { return &timer_of(chip, index)->counts; }
-
-double fcu_timer_rate(const Chip *chip, int32_t index) {
-  Tim now = tim_at_present(timer_of(chip, index));
-  int64_t ticks = now.prescale * now.overflow_period * (now.repetition + INT64_C(1));
-  return is_blocked(&now) ? 0.0 : (double)now.hz / (double)ticks;
-}
 
 /* PWM mode 1 is active while CNT < CCR; when the timer counts down, while CNT <= CCR (12.3.9). */
 static double duty_below(const Tim *tim, uint32_t compare) {
@@ -47,7 +35,7 @@ static double duty_of(const Tim *tim, const TimChannel *channel) {
 }
 
 int32_t fcu_timer_pwm(const Chip *chip, int32_t index, int32_t channel, double *frequency_hz, double *duty) {
-  Tim now = tim_at_present(timer_of(chip, index));
+  Tim now = tim_at_present((const Tim *)chip->peripherals[index]);
   if (channel < 1 || channel > now.variant->channels) {
     return -1;
   }
