@@ -259,7 +259,7 @@ class _Screen:
         if open_ones:
             if self._warning:
                 yield ""
-                yield paint("Compiler warning, often the mistake itself:", "warning")
+                yield paint("Compiler warning, which often points at the mistake:", "warning")
                 yield from wrapped(f"  {self._warning}", hang=0)
             for name in open_ones if self._options.exercises else open_ones[:1]:
                 yield from self._exercise(name)

@@ -206,9 +206,9 @@ def check(options: CheckOptions) -> ExitCode:
     return check_program(options)
 
 
-@cli.command(short_help="List the scenarios with the question of each.")
+@cli.command(short_help="List the scenarios and the question that each one answers.")
 def scenarios() -> None:
-    """List the scenarios of fcu with the question of each."""
+    """List the scenarios of fcu and the question that each one answers."""
     from fcu_emulator.emulator.cli.listings import list_scenarios
 
     list_scenarios()

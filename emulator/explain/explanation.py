@@ -14,6 +14,7 @@ from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
 from fcu_emulator.emulator.chip.diagnosis.printing import PrintedLines
 from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
 from fcu_emulator.emulator.explain.alignment import Alignment, Formulas, Mistake, PrintedNumbers
+from fcu_emulator.emulator.explain.disassembly import instruction_text
 from fcu_emulator.emulator.explain.expression import Name, Number, names, text
 from fcu_emulator.emulator.explain.probe import POSES, InputRegister, Probe, Probed, WordUse, own_code
 from fcu_emulator.emulator.explain.search import ValueSearch
@@ -236,23 +237,41 @@ class _Explainer:
                 f"At {attitude} the program computes {_number(mistake.actual[pose])} in place of "
                 f"{_number(mistake.expected[pose])}."
             ),
+            *self._missing_line(site),
         )
         data = {
             "step": step,
             "computed": computed,
             "formula": text(mistake.formula),
             "fields": output.field,
-            **self._places.line(site),
+            **self._where(site),
         }
         return Explanation(
             output.check, mistake, Diagnosis("formula", summary, details, fatal=False, data=data)
         )
 
+    def _where(self, site: int | None) -> Mapping[str, str]:
+        """Return the line of an instruction for the data of a diagnosis, or its address without a line."""
+        if site is None:
+            return {}
+        return self._places.line(site) or {"address": f"0x{site:08X}"}
+
     def _quoted(self, site: int | None) -> Iterator[str]:
-        """Yield the source line of an instruction, if its file is beside the ELF file."""
+        """Yield the source line of an instruction, if its file is beside the ELF file.
+
+        Yield the instruction itself if its line is unknown.
+        """
+        if site is None:
+            return
         symbols = self._image.symbols
-        if site is not None and symbols is not None:
-            yield from filter(None, (source_text(self._image, symbols.line_at(site)),))
+        line = symbols.line_at(site) if symbols is not None else None
+        yield from filter(
+            None, (source_text(self._image, line) if line else instruction_text(self._image, site),)
+        )
+
+    def _missing_line(self, site: int | None) -> Iterator[str]:
+        if site is not None and not self._places.line(site):
+            yield "The file has no source lines: build with -g and check the ELF file to see the line."
 
     def _part(self, mistake: Mistake, place: str) -> Iterator[str]:
         """Yield the line that first sets the wrong part's value in the same function, unless it is ``place``.
@@ -286,7 +305,7 @@ class _Explainer:
         symbols, site = self._image.symbols, self._state_site(state)
         place = self._places.prefix(site)
         quoted = list(self._quoted(site))
-        where = self._places.line(site)
+        where = self._where(site)
         wanted = f"The lab sets {state.step} to {right.assigned} if {right.compared} {right.operator} {right.limit}."
         if rule == right:
             line = symbols.definition_of_variable(state.address) if symbols is not None else None

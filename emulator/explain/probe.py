@@ -249,8 +249,11 @@ def _complete_lines(board: Board, since: int) -> list[str]:
 
 
 def own_code(image: FirmwareImage) -> list[tuple[int, int]]:
-    """Return the address ranges of the code outside of the C library and the vendor's drivers."""
+    """Return the address ranges of the code outside of the C library and the vendor's drivers.
+
+    Return the whole contents of the flash if the file has no symbols.
+    """
     if image.symbols is None:
-        return []
+        return [(one.address, one.end) for one in image.segments if FLASH_MEMORY.holds(one.address, one.end)]
     ranges = image.symbols.code_ranges(lambda path: not _LIBRARY.search(path))
     return [one for one in ranges if FLASH_MEMORY.holds(*one)]

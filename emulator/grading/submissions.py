@@ -26,7 +26,7 @@ from fcu_emulator.emulator.grading.archives import CLASS, ArchiveError, unpack
 from fcu_emulator.emulator.grading.platforms import SubmittedEntry
 from fcu_emulator.emulator.grading.roster import Roster, Student
 from fcu_emulator.emulator.host.files import is_about_the_name
-from fcu_emulator.emulator.text import one_line
+from fcu_emulator.emulator.text import one_line, shown
 
 Take: TypeAlias = Literal["source", "firmware"]
 
@@ -202,15 +202,15 @@ def _joined(first: Submission | None, one: _Resolved) -> Submission:
     if entry.group and {other.group for other in first.entries} == {entry.group}:
         return replace(first, entries=together, problem=first.problem or one.problem)
     names = [repr(one_line(other.path.name, 60)) for other in together]
-    shown = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
-    return replace(first, entries=together, problem=f"two submissions for one student: {shown}; keep one")
+    listed = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+    return replace(first, entries=together, problem=f"two submissions for one student: {listed}; keep one")
 
 
 def _class_folder(where: Path, scratch: Path) -> Path:
     if where.is_dir():
         return where
     if where.suffix.casefold() != ".zip" or not where.is_file():
-        problem = f"{where} must be a folder or a zip file with the submissions"
+        problem = f"the class must be a folder or a zip file with the submissions, not {shown(str(where))}"
         raise InputError(problem, kind="no_such_folder")
     try:
         unpack(where, scratch, CLASS)

@@ -344,7 +344,8 @@ def scenario_error(file: str, error: ValidationError) -> ScenarioError:
     """Return an error with the first problem and the number of other problems."""
     problems = error.errors(include_url=False)
     path, text = _explain(problems[0])
-    more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
+    others = len(problems) - 1
+    more = f" ({others} more error{'s' if others > 1 else ''} in this file)" if others else ""
     return ScenarioError(file, _key_path(path), text + more, kind=problems[0]["type"])
 
 

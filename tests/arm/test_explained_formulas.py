@@ -17,6 +17,7 @@ from typing import Any
 import pytest
 
 from fcu_emulator.emulator.chip.firmware import Limits
+from fcu_emulator.emulator.chip.image import load_firmware
 from fcu_emulator.emulator.explain.explanation import Explanation, ShownNumber, explain_numbers
 from fcu_emulator.emulator.explain.expression import text
 from fcu_emulator.emulator.explain.probe import probe
@@ -103,19 +104,46 @@ def test_correct_variant_is_not_explained(name: str, folder: Path) -> None:
     assert explained(build(VARIANTS[name], "O2", folder)) == []
 
 
-@needs_compiler
-def test_program_without_line_table_is_explained_without_line(folder: Path) -> None:
-    change = Change("main.c", "bx * cosf(pitch)", "bx * cosf(roll)")
-    elf = build(Program("stripped", "", (change,)), "O2", folder)
-    image = elf.with_suffix(".hex")
-    if not image.exists():
-        student_programs.subprocess.run(
-            ["arm-none-eabi-objcopy", "-O", "ihex", str(elf), str(image)], check=True
-        )
-    found = explained(image)
+def without_lines(elf: Path, kind: str) -> Path:
+    """Return a copy of a program without symbols and source lines."""
+    image = elf.with_suffix(f".stripped.{kind}")
+    command = {
+        "elf": ["arm-none-eabi-strip", "-o", str(image), str(elf)],
+        "hex": ["arm-none-eabi-objcopy", "-O", "ihex", str(elf), str(image)],
+        "bin": ["arm-none-eabi-objcopy", "-O", "binary", str(elf), str(image)],
+    }
+    subprocess.run(command[kind], check=True)
+    return image
 
-    assert [text(one.mistake.computed) for one in found] == ["Bx*cos(roll) + Bz2*sin(pitch)"]
-    assert "main.c" not in found[0].diagnosis.summary
+
+def objdump_of(elf: Path, address: str) -> str:
+    """Return the instruction at an address, as GNU objdump prints it."""
+    command = ["arm-none-eabi-objdump", "-d", f"--start-address={address}", str(elf)]
+    listing = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    line = next(one for one in listing.splitlines() if one.startswith(f" {int(address, 16):x}:"))
+    return line.split("\t", 2)[2]
+
+
+@needs_compiler
+@pytest.mark.parametrize("kind", ["elf", "hex", "bin"])
+@pytest.mark.parametrize("optimisation", ["Og", "O2"])
+def test_program_without_lines_is_explained_at_instruction(
+    optimisation: str, kind: str, folder: Path
+) -> None:
+    change = Change("main.c", "bx * cosf(pitch)", "bx * cosf(roll)")
+    elf = build(Program("stripped", "", (change,)), optimisation, folder)
+    (with_lines,) = explained(elf)
+    (found,) = explained(without_lines(elf, kind))
+    address = found.diagnosis.data["address"]
+    image = load_firmware(str(elf))
+    assert image.symbols is not None
+    line = image.symbols.line_at(int(address, 16))
+
+    assert text(found.mistake.computed) == "Bx*cos(roll) + Bz2*sin(pitch)"
+    assert line is not None
+    assert line.data() == {key: with_lines.diagnosis.data[key] for key in ("file", "line")}
+    assert found.diagnosis.summary.startswith(address)
+    assert found.diagnosis.details[0].split() == objdump_of(elf, address).split()
 
 
 # -- fcu run ------------------------------------------------------------------------------------------------

@@ -48,8 +48,8 @@ class Diagnosis:
     data: Mapping[str, str] = field(default_factory=dict, hash=False)
     """The parts of the summary by name, for programs.
 
-    The kind "formula" has ``file``, ``line``, ``step``, ``computed``, ``formula`` (of the lab) and ``fields`` (the
-    printed numbers that the problem explains).
+    The kind "formula" has ``file`` and ``line`` (or ``address``), ``step``, ``computed``, ``formula`` (of the
+    lab) and ``fields`` (the printed numbers that the problem explains).
     """
 
     def __str__(self) -> str:

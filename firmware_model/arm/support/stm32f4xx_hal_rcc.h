@@ -78,8 +78,8 @@ uint32_t HAL_RCC_GetHCLKFreq(void);
 uint32_t HAL_RCC_GetPCLK1Freq(void);
 uint32_t HAL_RCC_GetPCLK2Freq(void);
 
-/* Switches a peripheral's clock on and waits until the clock runs. This takes two cycles, as
- * long as the read does (RM0368 6.2.12). */
+/* Switches a peripheral's clock on and waits until the clock runs. The read takes
+ * the two cycles that the clock needs to start (RM0368 6.2.12). */
 static inline void HAL_RCC_Enable(volatile uint32_t *enable_register, uint32_t bit)
 {
   *enable_register |= bit;
