@@ -1,4 +1,4 @@
-"""LED problems: wrong pins, the wrong side of an angle, and toggling."""
+"""LED problems: a wrong pin, an LED that is on below its angle and off above it, and an LED that toggles."""
 
 from __future__ import annotations
 

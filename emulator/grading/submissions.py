@@ -210,7 +210,7 @@ def _class_folder(where: Path, scratch: Path) -> Path:
     if where.is_dir():
         return where
     if where.suffix.casefold() != ".zip" or not where.is_file():
-        problem = f"the class must be a folder or a zip file with the submissions, not {shown(str(where))}"
+        problem = f"SUBMISSIONS must be a folder or a zip file, not {shown(str(where))}"
         raise InputError(problem, kind="no_such_folder")
     try:
         unpack(where, scratch, CLASS)

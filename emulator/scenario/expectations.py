@@ -448,7 +448,11 @@ class ExpectWithin(_Number):
     min_difference: float = Field(0.0, ge=0)
 
     def describe(self) -> str:
-        apart = f", and two values differ by at least {self.min_difference:g}" if self.min_difference else ""
+        apart = (
+            f", and its smallest and largest value differ by at least {self.min_difference:g}"
+            if self.min_difference
+            else ""
+        )
         return f"{self.title} is from {self.min:g} to {self.max:g}{apart}{self.window_text()}"
 
     def evaluate(self, run: RunView) -> ExpectationResult:

@@ -514,7 +514,7 @@ class PressButton(TimelineAction):
         return self.for_
 
     def act(self, board: BoardView, from_ps: int) -> None:
-        """Press the button now. The board releases the pin."""
+        """Press the button now. The board releases it at the end of the action."""
         del from_ps
         board.press_button(self.pin, self.level, self.for_ / PS_PER_S)
 

@@ -476,7 +476,7 @@ def test_sr1_write_clears_only_written_error_flags() -> None:
 
 
 @pytest.mark.parametrize("bits", [SWRST, 0])
-def test_reset_and_disable_release_bus(bits: int) -> None:
+def test_bus_is_released_by_reset_and_disable(bits: int) -> None:
     """18.6.1: SWRST, and PE = 0."""
     bench, _, _ = bench_with_memory()
     bench.modify(bench.i2c2, CR1, set_bits=START)

@@ -259,7 +259,7 @@ def test_registers_command_prints_addresses_and_fields() -> None:
     assert "BDTR" not in done.stdout
 
 
-def test_registers_command_prints_core_addresses() -> None:
+def test_registers_command_prints_addresses_of_core_peripherals() -> None:
     assert "\n0xE000ED28 rc_w1 0x00000000 CFSR: " in fcu("registers", "SCB").stdout
 
 

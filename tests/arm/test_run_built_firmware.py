@@ -145,7 +145,7 @@ interrupt:
 
 
 @pytest.mark.parametrize("source", [STORES, FAULTS])
-def test_wiring_trial_of_busy_firmware_is_limited(tmp_path: Path, source: str) -> None:
+def test_search_for_wiring_of_busy_firmware_ends(tmp_path: Path, source: str) -> None:
     """The trial ends after a number of accesses or faults, not after a time that depends on the machine."""
 
     class Tried(Board):

@@ -167,7 +167,7 @@ def test_motions_of_different_quantities_may_overlap(tmp_path: Path) -> None:
 
 def test_further_problems_are_counted(tmp_path: Path) -> None:
     error = refusal(tmp_path, HEAD + "seed = -1\nduration = 3\n[world]\nroll_deg = 'flat'\n")
-    assert error.problem.endswith("(and 2 more)")
+    assert error.problem.endswith("(2 more errors in this file)")
 
 
 @pytest.mark.parametrize(

@@ -49,8 +49,8 @@ typedef struct {
   uint32_t (*read)(Peripheral *peripheral, uint32_t offset, int64_t *until_ps);
   /* Read the word without side effects. */
   uint32_t (*peek)(const Peripheral *peripheral, uint32_t offset);
-  /* Write the bits in mask, which covers a byte or a half-word if the store has this size. value is
-   * already masked. */
+  /* Write the bits that are set in mask. For the store of a byte or a half-word, mask has only its bits. The other
+   * bits of value are 0. */
   void (*write)(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask);
   /* Restore the state after reset: system reset, or RCC_xxxRSTR. */
   void (*reset)(Peripheral *peripheral);

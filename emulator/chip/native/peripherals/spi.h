@@ -27,7 +27,7 @@ typedef struct {
   int32_t byte; /* byte sent by the host; SPI_NOTHING: the host only received */
 } SpiUnaddressed;
 
-/* Callbacks into Python, by the number of the sensor. */
+/* Callbacks into Python. The argument sensor is the number of the sensor. */
 typedef struct {
   /* Apply settings to the following bytes. */
   void (*configure)(int64_t now_ps, int32_t speed_hz, int32_t mode, int32_t wires);
