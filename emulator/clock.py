@@ -66,6 +66,8 @@ class Clock:
 
     def __init__(self) -> None:
         self.now_ps = 0
+        self.inputs = 0
+        """Number of changes by the world, pins, faults, typed bytes and other inputs of the board."""
         self.next_ps: int = NEVER_PS
         self._queue: list[_Entry] = []
         self._front: _Entry | None = None

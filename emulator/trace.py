@@ -234,6 +234,8 @@ class Trace:
         self.detailed = False
         self.observed = False
         self.dropped = 0
+        self.replaying = False
+        """Whether the board repeats its past. Subscribers and files then receive no events again."""
         self._sources: list[Callable[[], None]] = []
         self._events: deque[TraceEvent] = deque()
         self._keep_detail = False
@@ -339,7 +341,7 @@ class Trace:
             self.add(BusTransfer(*fields))
         elif self._keep_detail or self._subscribers:
             self.add_detail(BusTransfer(*fields))
-        elif self._files:
+        elif self._files and not self.replaying:
             text = transfer_line(*fields)
             for file in self._files:
                 self._write(file, text)
@@ -367,6 +369,8 @@ class Trace:
         self.observed = self.detailed or bool(self._subscribers)
 
     def _hand_on(self, event: TraceEvent, *, detail: bool) -> None:
+        if self.replaying:
+            return
         if self._files:
             text = line(event)
             for file in tuple(self._files):

@@ -148,7 +148,7 @@ class TruthRecorder:
         data, end = terminal.since(self._position)
         if not data:
             return
-        begin = self._position - len(self._rest)
+        begin = end - len(data) - len(self._rest)
         *complete, rest = (self._rest + data).split(b"\n")
         self._rest = rest[-_REST_KEPT:]
         for raw in complete:

@@ -9,6 +9,7 @@ new attribute. For each kind of object, the walk records:
 * functions of these packages: closures (the variables of closures must never be rebound);
 * objects with ``snapshot()`` and ``restore(state)``: also their state outside Python. The trace is
   not walked;
+* objects of a class with ``in_snapshots = False``, such as a debugger's breakpoints: nothing;
 * numpy arrays (never changed in place) and all other objects: the reference.
 
 A board with Python firmware has no snapshots, because its stack cannot be copied.
@@ -97,7 +98,7 @@ class Snapshot:
             one = waiting.pop()
             if type(one) in _VALUES or id(one) in self._seen:
                 continue
-            if not isinstance(one, _CONSTANT):
+            if not isinstance(one, _CONSTANT) and getattr(type(one), "in_snapshots", True):
                 self._seen[id(one)] = one
                 waiting.extend(self._note(one))
 

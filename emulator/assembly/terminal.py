@@ -49,10 +49,12 @@ class Terminal:
         return data
 
     def since(self, position: int) -> tuple[bytes, int]:
-        """Return the bytes after ``position``, and the position after these bytes."""
+        """Return the bytes after ``position``, and the position after these bytes.
+
+        A reader that has read more than a board in its past has printed receives nothing again.
+        """
         received = self.uart.received()
-        start = max(position - self.uart.dropped, 0)
-        return bytes(received[start:]), self.uart.dropped + len(received)
+        return bytes(received[self.uart.index_of(position) :]), max(position, self.uart.received_count())
 
     def write(self, data: bytes | str) -> None:
         """Type text or bytes. Raises InputError if the text is not Latin-1."""

@@ -177,6 +177,7 @@ class Gpio:
 
     def drive(self, port: str, pin: int, level: int | None, by: str = "outside") -> None:
         """Drive a pin from outside; None releases it."""
+        self._clock.inputs += 1
         one = self._pins[port, pin]
         if level is None:
             one.outside.pop(by, None)

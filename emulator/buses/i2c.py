@@ -194,6 +194,7 @@ class I2CBus:
 
     def inject(self, fault: I2CFault) -> None:
         """Add a fault for transfers from now on."""
+        self._clock.inputs += 1
         self._faults.append(fault)
         self.has_faults = True
         self._kept.clear()
@@ -268,6 +269,7 @@ class I2CBus:
 
     def transfer(self, address: int, data: bytes, count: int = 0) -> bytes:
         """Write ``data``, then read ``count`` bytes. Raises I2CError."""
+        self._clock.inputs += 1
         start_ps = self._clock.now_ps
         try:
             received = self._run(address, data, count)

@@ -59,6 +59,7 @@ class SpiBus:
 
     def transfer(self, chip_select: str, data: bytes, count: int = 0) -> bytes:
         """Select the device, write ``data``, read ``count`` bytes, and deselect it."""
+        self._clock.inputs += 1
         target = self.target(chip_select)
         start_ps = self._clock.now_ps
         target.select()

@@ -146,6 +146,9 @@ class Uart:
         self._on_wire = deque((self._run,))  # the runs that are not complete, and the latest run
         self._text = bytearray()
         self.dropped = 0
+        self._skipped: list[
+            tuple[int, int]
+        ] = []  # numbers without bytes: the first, and the one after the last
         self._times: list[ArrivalTimes] = []
         self._typed: deque[_Typed] = deque()  # bytes on the way to the board
         self._rx_line_free_ps = 0
@@ -199,7 +202,7 @@ class Uart:
             if arrived and run.connected:
                 self._text += arrived
                 for times in self._times:
-                    times.add(self.dropped + len(self._text) - run.done, run)
+                    times.add(self._count() - run.done, run)
         while len(self._on_wire) > 1 and not self._on_wire[0].waiting:
             self._on_wire.popleft()
         if len(self._text) > _KEPT:
@@ -219,9 +222,23 @@ class Uart:
         self._times.remove(times)
 
     def received_count(self) -> int:
-        """Return the number of received bytes, including dropped bytes."""
-        kept = len(self.received())  # may drop some
-        return self.dropped + kept
+        """Return the number of received bytes, including dropped bytes and skipped numbers."""
+        self.received()
+        return self._count()
+
+    def index_of(self, number: int) -> int:
+        """Return the index in :meth:`received` of a byte's number, or of the next kept byte."""
+        skipped = sum(min(max(number, begin), end) - begin for begin, end in self._skipped)
+        return max(number - skipped - self.dropped, 0)
+
+    def skip_numbers(self, until: int) -> None:
+        """Give the next byte at least the number ``until``, because readers have read a discarded future up to it."""
+        count = self.received_count()
+        if until > count:
+            self._skipped.append((count, until))
+
+    def _count(self) -> int:
+        return self.dropped + len(self._text) + sum(end - begin for begin, end in self._skipped)
 
     def _open_run(self) -> _ByteRun:
         if self._clock.now_ps > self.idle_ps:
@@ -260,6 +277,7 @@ class Uart:
     def type(self, data: bytes) -> None:
         if not data:
             return
+        self._clock.inputs += 1
         start_ps = max(self._clock.now_ps, self._rx_line_free_ps)
         if self._trace.detailed:
             self._trace.add_detail(TerminalBytes(start_ps, "rx", data))

@@ -313,8 +313,9 @@ class Recorder:
             at_ps = range(len(values) * SAMPLE_STEP_PS, self._clock.now_ps + 1, SAMPLE_STEP_PS)
             if at_ps:
                 values.extend(QUANTITIES[name](self._world, np.array(at_ps) / PS_PER_S).tolist())
-        start = max(self._collected - self._uart.dropped, 0)
-        *complete, _ = bytes(self._uart.received()[start:]).split(b"\n")
+        data = bytes(self._uart.received()[self._uart.index_of(self._collected) :])
+        self._collected = self._uart.received_count() - len(data)
+        *complete, _ = data.split(b"\n")
         for raw in complete:
             self._add(raw, self._collected)
             self._collected += len(raw) + 1

@@ -105,6 +105,7 @@ class Changes(Truth):
 
     def _changed(self, from_s: float, signals: Iterable[str]) -> None:
         """Apply a change of ``signals``: stop replaying them from recordings, and call the observers."""
+        self._clock.inputs += 1
         self._restore_laws(from_s, signals)
         self._bound_history(self._clock.now_s)
         for callback in self._listeners:

@@ -8,6 +8,7 @@ from typing import Protocol
 from fcu_emulator.emulator.chip.firmware import ArmFirmware
 from fcu_emulator.emulator.chip.gdb.core_target import CoreTarget
 from fcu_emulator.emulator.chip.gdb.server import GdbServer
+from fcu_emulator.emulator.chip.history import History, RestorableBoard
 from fcu_emulator.emulator.chip.memory_map import RAM
 from fcu_emulator.emulator.chip.peripherals.peripheral import Peripheral
 from fcu_emulator.emulator.clock import PS_PER_S, Clock
@@ -15,14 +16,11 @@ from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.world import World
 
 
-class DebuggedBoard(Protocol):
+class DebuggedBoard(RestorableBoard, Protocol):
     """A board such as :class:`fcu_emulator.emulator.assembly.board.Board`."""
 
     chip: ArmFirmware | None
-    clock: Clock
     world: World
-
-    def run_until_ps(self, at_ps: int) -> None: ...
 
 
 def serve(board: DebuggedBoard, port: int, halted: bool = False) -> GdbServer:
@@ -39,7 +37,7 @@ def serve(board: DebuggedBoard, port: int, halted: bool = False) -> GdbServer:
             kind="no_chip",
         )
     core = firmware.chip.core
-    target = CoreTarget(core, board.clock, board.run_until_ps)
+    target = CoreTarget(core, board.clock, board.run_until_ps, lambda: History(board, core))
     monitor = Monitor(board.world, board.clock, core.all_peripherals, lambda: where(firmware), target.reset)
     return GdbServer(target, monitor, port, halted)
 

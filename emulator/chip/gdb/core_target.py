@@ -13,11 +13,14 @@ and store in this range is checked. Accesses by DMA and to exception frames are 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import ClassVar
 
 from fcu_emulator.emulator.chip import memory_map
 from fcu_emulator.emulator.chip.cpu.core import Core
 from fcu_emulator.emulator.chip.cpu.core_registers import EVERYTHING, CoreRegisters
+from fcu_emulator.emulator.chip.gdb.reverse import Reverse
 from fcu_emulator.emulator.chip.gdb.target import HaltReason, Point, PointKind
+from fcu_emulator.emulator.chip.history import History
 from fcu_emulator.emulator.chip.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE
 from fcu_emulator.emulator.clock import Clock
 
@@ -43,11 +46,13 @@ class Points:
     ``accessed(point, address)`` is called during watched accesses.
     """
 
+    in_snapshots: ClassVar[bool] = False
+
     def __init__(self, core: Core, accessed: Callable[[Point, int], None]) -> None:
         self._core = core
         self._accessed = accessed
         self._wanted: set[Point] = set()
-        self._set: set[Point] = set()
+        self._set: frozenset[Point] = frozenset()
         self._ranges: list[_Range] = []
         core.on_access = self._on_access
 
@@ -62,15 +67,20 @@ class Points:
         self.set()
 
     def set(self) -> None:
-        if self._set == self._wanted:
+        self._set_in_core(frozenset(self._wanted))
+
+    def lift(self) -> None:
+        """Remove all points from the core until the next :meth:`set`."""
+        self._set_in_core(frozenset())
+
+    def _set_in_core(self, points: frozenset[Point]) -> None:
+        if self._set == points:
             return
-        breaks = {point.address for point in self._wanted if point.kind.is_break}
+        breaks = {point.address for point in points if point.kind.is_break}
         for address in {point.address for point in self._set if point.kind.is_break} ^ breaks:
             self._core.set_breakpoint(address, address in breaks)
-        self._set = set(self._wanted)
-        self._ranges = [
-            one for point in self._wanted if not point.kind.is_break for one in _watched_ranges(point)
-        ]
+        self._set = points
+        self._ranges = [one for point in points if not point.kind.is_break for one in _watched_ranges(point)]
         if self._ranges:
             begin = min(begin for _, begin, _, _ in self._ranges)
             self._core.watch_memory(
@@ -105,12 +115,26 @@ _ALIGNMENTS = (4, 2, 1)
 
 
 class CoreTarget:
-    """Implements :class:`fcu_emulator.emulator.chip.gdb.target.Target`."""
+    """Implements :class:`fcu_emulator.emulator.chip.gdb.target.Target`.
 
-    def __init__(self, core: Core, clock: Clock, run: Callable[[int], None]) -> None:
+    ``run(at_ps)``: run the board. ``record()``: begin a history, while a debugger is attached.
+    """
+
+    in_snapshots: ClassVar[bool] = False
+
+    def __init__(
+        self,
+        core: Core,
+        clock: Clock,
+        run: Callable[[int], None],
+        record: Callable[[], History] | None = None,
+    ) -> None:
         self._core = core
         self._clock = clock
         self._run = run
+        self._record = record
+        self._history: History | None = None
+        self._reverse: Reverse | None = None
         self._points = Points(core, self._accessed)
         self._everything = CoreRegisters(core, EVERYTHING)
         self._single_step = False  # the debugger has requested one instruction
@@ -124,8 +148,20 @@ class CoreTarget:
     def attach(self) -> None:
         self._core.debug(True)
         self.halt()
+        if self._record is not None:
+            self._history = history = self._record()
+            self._reverse = Reverse(
+                self._core,
+                self._clock,
+                history,
+                self._resume_until,
+                self._points,
+            )
 
     def release(self) -> None:
+        if self._history is not None:
+            self._history.close()
+        self._history = self._reverse = None
         self._core.debug(False)
         self._points.clear()
         self.resume()
@@ -138,6 +174,7 @@ class CoreTarget:
         """Reset through NRST and halt."""
         self._core.reset_now("PIN")
         self._on_bkpt = self._lock_up_reported = False
+        self._changed()
 
     # -- registers --------------------------------------------------------------------------------------
 
@@ -148,6 +185,10 @@ class CoreTarget:
 
     def write_register(self, name: str, value: int) -> None:
         """Change a register; a new PC wakes the core (B1.5.19)."""
+        self._write_register(name, value)
+        self._changed()
+
+    def _write_register(self, name: str, value: int) -> None:
         if name == "pc":
             self._core.pc = value & ~1
             self._on_bkpt = False
@@ -176,6 +217,12 @@ class CoreTarget:
         return bytes(data[:size])
 
     def write_memory(self, address: int, data: bytes) -> bool:
+        is_written = self._write_memory(address, data)
+        if is_written:
+            self._changed()
+        return is_written
+
+    def _write_memory(self, address: int, data: bytes) -> bool:
         memory = self._core.memory(address, len(data))
         if memory is not None:
             if not _changeable(address):
@@ -212,8 +259,9 @@ class CoreTarget:
         self._go(one=True)
 
     def run_until_ps(self, at_ps: int) -> HaltReason | None:
+        run = self._history.run_until_ps if self._history is not None else self._run
         while True:
-            self._run(at_ps)
+            run(at_ps)
             if self._core.locked_up and not self._lock_up_reported:
                 self._lock_up_reported = True
                 self.halt()
@@ -225,6 +273,45 @@ class CoreTarget:
                 self._single_step = False
                 return stop
             self._continue()
+
+    def _resume_until(self, at_ps: int) -> HaltReason | None:
+        self.resume()
+        return self.run_until_ps(at_ps)
+
+    def _changed(self) -> None:
+        """Note a change by the debugger in the history."""
+        if self._history is not None:
+            self._history.add_input()
+
+    def take_remark(self) -> str:
+        return self._history.take_remark() if self._history is not None else ""
+
+    # -- running backwards ------------------------------------------------------------------------------
+
+    @property
+    def can_reverse(self) -> bool:
+        return self._reverse is not None
+
+    def reverse_step(self) -> bool:
+        if self._reverse is None:
+            return False
+        has_stepped = self._reverse.step()
+        self._returned()
+        return has_stepped
+
+    def reverse_continue(self, is_interrupted: Callable[[], bool]) -> HaltReason | None:
+        if self._reverse is None:
+            return None
+        found = self._reverse.search(is_interrupted)
+        self._returned()
+        return found
+
+    def _returned(self) -> None:
+        self._core.halt()
+        self._single_step = self._on_bkpt = self._lock_up_reported = False
+        self._hit = None
+
+    # -- running forwards -------------------------------------------------------------------------------
 
     def _go(self, one: bool) -> None:
         if self._new_code:

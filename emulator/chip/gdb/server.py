@@ -25,6 +25,7 @@ _PATIENCE_S = 0.05  # wall time to wait for a packet while the target is halted
 _CHUNK = 0x10000
 _SEND_TIMEOUT_S = 5.0  # wall time to wait for a debugger that does not read
 _MAX_CALLERS = 8  # connections that have not yet sent a packet
+_CTRL_C = b"\x03"
 _BEFORE_A_PACKET = b"+-\x03"  # acknowledgements, and Ctrl-C
 
 
@@ -152,7 +153,7 @@ class GdbServer:
             while self._callers:
                 self._hang_up(self._callers[0])
             self._client, self._framer, self._sent = caller.socket, caller.framer, b""
-            self._session = GdbSession(self._target, self._monitor, self._send_packet)
+            self._session = GdbSession(self._target, self._monitor, self._send_packet, self._is_interrupted)
             self._waits = False
             self._take(arrivals)
 
@@ -195,6 +196,16 @@ class GdbServer:
                 session.handle(arrived)
             else:
                 self._send_packet(MALFORMED)
+
+    def _is_interrupted(self) -> bool:
+        """Return whether Ctrl-C is waiting, and remove it."""
+        client = self._client
+        if client is None or not select.select([client], [], [], 0)[0]:
+            return False
+        try:
+            return client.recv(1, socket.MSG_PEEK) == _CTRL_C and bool(client.recv(1))
+        except OSError:
+            return True
 
     def _leave(self) -> None:
         session, client = self._session, self._client

@@ -122,13 +122,21 @@ class DebuggerExit(Enum):
 class GdbSession:
     """Answers packets about one target.
 
-    ``halted``: the target is stopped. ``ended``: how the debugger has left, or None.
+    ``is_interrupted()``: whether the debugger has sent Ctrl-C. ``halted``: the target is stopped. ``ended``: how the
+    debugger has left, or None.
     """
 
-    def __init__(self, target: Target, monitor: Callable[[str], str], send: Callable[[bytes], None]) -> None:
+    def __init__(
+        self,
+        target: Target,
+        monitor: Callable[[str], str],
+        send: Callable[[bytes], None],
+        is_interrupted: Callable[[], bool] = lambda: False,
+    ) -> None:
         self._target = target
         self._monitor = monitor
         self._send = send
+        self._is_interrupted = is_interrupted
         self._points: set[Point] = set()
         self._stop_reply = _signal(_SIGTRAP)
         self._tells_breaks = False
@@ -144,6 +152,7 @@ class GdbSession:
             b"C": lambda text: self._resume(b"c", text.partition(b";")[2]),
             b"s": lambda text: self._resume(b"s", text),
             b"S": lambda text: self._resume(b"s", text.partition(b";")[2]),
+            b"b": self._reverse,
             b"Z": self._insert,
             b"z": self._remove,
             b"H": lambda _: OK,
@@ -206,10 +215,25 @@ class GdbSession:
         if address:
             self._target.write_register("pc", packets.number(address))
         self.halted = False
+        self._print(self._target.take_remark())
         if how == b"s":
             self._target.step()
         else:
             self._target.resume()
+
+    def _reverse(self, how: bytes) -> bytes | None:
+        """Answer ``bs`` and ``bc`` ("Reverse Execution")."""
+        if how not in (b"s", b"c") or not self._target.can_reverse:
+            return _UNSUPPORTED
+        if how == b"s":
+            stop = HaltReason() if self._target.reverse_step() else None
+        else:
+            stop = self._target.reverse_continue(self._is_interrupted)
+        if stop is not None:
+            self.stopped(stop)
+        else:
+            self._stopped(_signal(_SIGTRAP, b"replaylog:begin;"))
+        return None
 
     def _insert(self, text: bytes) -> bytes:
         point = packets.point(text)
@@ -239,7 +263,7 @@ class GdbSession:
             self._tells_breaks = b"hwbreak+" in rest.split(b";")
             return (
                 b"PacketSize=%x;QStartNoAckMode+;qXfer:features:read+;qXfer:memory-map:read+;"
-                b"hwbreak+;swbreak+;vContSupported+" % LONGEST
+                b"hwbreak+;swbreak+;vContSupported+%s" % (LONGEST, self._reverses())
             )
         if name == b"Xfer":
             return self._transfer(rest)
@@ -247,6 +271,9 @@ class GdbSession:
             return self._command(packets.from_hex(text[5:]))
         answers = {b"Attached": b"1", b"C": b"QC1", b"fThreadInfo": b"m1", b"sThreadInfo": b"l"}
         return answers.get(name, _UNSUPPORTED)
+
+    def _reverses(self) -> bytes:
+        return b";ReverseStep+;ReverseContinue+" if self._target.can_reverse else b""
 
     @staticmethod
     def _transfer(text: bytes) -> bytes:

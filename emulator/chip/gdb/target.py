@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
@@ -78,6 +79,23 @@ class Target(Protocol):
         ...
 
     def step(self) -> None: ...
+
+    @property
+    def can_reverse(self) -> bool:
+        """Whether the target has a history."""
+        ...
+
+    def reverse_step(self) -> bool:
+        """Return to the state before the previous instruction. Return False at the start of the history."""
+        ...
+
+    def reverse_continue(self, is_interrupted: Callable[[], bool]) -> HaltReason | None:
+        """Return to the previous breakpoint or watched access. Return None at the start of the history."""
+        ...
+
+    def take_remark(self) -> str:
+        """Return and clear a text for the user about a discarded part of the history, or ""."""
+        ...
 
     def run_until_ps(self, at_ps: int) -> HaltReason | None:
         """Run until ``at_ps``. If the core stops earlier, return the reason."""

@@ -77,6 +77,20 @@ class FakeTarget:
     def step(self) -> None:
         self._steps, self._skip = 1, True
 
+    @property
+    def can_reverse(self) -> bool:
+        return False
+
+    def reverse_step(self) -> bool:
+        return False
+
+    def reverse_continue(self, is_interrupted: Callable[[], bool]) -> HaltReason | None:
+        del is_interrupted
+        return None
+
+    def take_remark(self) -> str:
+        return ""
+
     def run_until_ps(self, at_ps: int) -> HaltReason | None:
         while self.now_ps + INSTRUCTION_PS <= at_ps:
             pc = self.registers["pc"]
