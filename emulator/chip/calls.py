@@ -56,8 +56,8 @@ _WHY: Final = {
     Stop.NO_COPROCESSOR: "used a coprocessor that this chip does not have",
     Stop.UNALIGNED: "made an unaligned access",
     Stop.DIVIDE_BY_ZERO: "divided by zero",
-    Stop.FETCH: "executed an address without memory",
-    Stop.EXECUTE_NEVER: "executed an address without code, likely through a function pointer that is not set",
+    Stop.FETCH: "executed code at an address without memory",
+    Stop.EXECUTE_NEVER: "jumped to an address without code, likely through a function pointer that is not set",
     Stop.READ: "read an address without memory",
     Stop.WRITE: "wrote to an address that cannot be written",
 }

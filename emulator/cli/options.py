@@ -151,7 +151,7 @@ class MoveOptions:
     )
     amount: float | None = argument(type=float, required=False)
     roll: float | None = option(
-        "--roll", type=float, metavar="DEG", help="Turn to this angle; the other angles stay."
+        "--roll", type=float, metavar="DEG", help="Turn to this angle; the other angles do not change."
     )
     pitch: float | None = option("--pitch", type=float, metavar="DEG")
     yaw: float | None = option("--yaw", type=float, metavar="DEG")
@@ -161,7 +161,9 @@ class MoveOptions:
     east: float | None = option("--east", type=float, metavar="METRES")
     up: float | None = option("--up", type=float, metavar="METRES")
     duration: str | None = option(
-        "--for", metavar="TIME", help="Duration, such as 1s. Default: as long as a hand needs."
+        "--for",
+        metavar="TIME",
+        help="Duration, such as 1s. Default: the usual duration of this motion by hand.",
     )
     axis: str | None = option(
         "--axis", type=click.Choice(["north", "west", "up"]), help="Direction of tap and shake."
@@ -216,12 +218,14 @@ class GradeOptions:
     rubric: str = option("--rubric", required=True, metavar="NAME|FILE", help="The rubric, such as lab3.")
     out: Path | None = option("--out", type=PATH, metavar="DIR", help="Folder for the reports.")
     roster: Path | None = _file("The class: CSV with id, name, email.", "--roster")
-    overrides: Path | None = _file("Your own points: CSV with id, what, points, comment.", "--overrides")
+    overrides: Path | None = _file(
+        "Points that you give by hand: CSV with id, what, points, comment.", "--overrides"
+    )
     deadline: datetime | None = option(
         "--deadline",
         type=click.DateTime(["%Y-%m-%dT%H:%M", "%Y-%m-%d %H:%M", "%Y-%m-%dT%H:%M:%S"]),
         metavar="TIME",
-        help="Report late submissions; such as 2026-11-20T23:59, local time.",
+        help="Due date, to report late submissions; local time, such as 2026-11-20T23:59.",
     )
     only: Path | None = _file("Grade only the students of this CSV again.", "--only")
     salt: Path | None = _file(
@@ -244,7 +248,11 @@ class GradeOptions:
         help="Which files to accept: only source, or only built files. Default: source if there is any, else a built file.",
     )
     bus: str = option(
-        "--bus", type=BUS, default="I2C2", show_default=True, help="The bus for which source is built."
+        "--bus",
+        type=BUS,
+        default="I2C2",
+        show_default=True,
+        help="Bus of the sensors, for programs built from source.",
     )
     build_without_sandbox: bool = option(
         "--build-without-sandbox",

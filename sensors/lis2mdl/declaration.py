@@ -59,11 +59,14 @@ class LIS2MDLErrors(PartErrors):
         "Hoff: added after a set pulse, subtracted after a reset pulse", "mgauss", 120.0, "an assumption"
     )
     cross_axis_percent: Vec3 = drawn_by_axis(
-        "between X and Y, X and Z, Y and Z: part of the field along the other axis", "%", 1.0, "an assumption"
+        "coupling of X and Y, X and Z, Y and Z: fraction of the field along the other axis",
+        "%",
+        1.0,
+        "an assumption",
     )
     odr_percent: float = rate_deviation()
     misalignment_deg: Vec3 = drawn_by_axis(
-        "by how much it is turned on its board about X, Y, Z", "deg", 1.0, "an assumption"
+        "rotation of the sensor on its board about X, Y, Z", "deg", 1.0, "an assumption"
     )
     heating_percent: float = heating_share()
 

@@ -95,7 +95,7 @@ class INT1_CTRL(Register, addr=0x0D):
 class INT2_CTRL(Register, addr=0x0E):
     """Data and FIFO signals on the INT2 pin."""
 
-    INT2_STEP_DELTA = Bits(7, doc="1: steps seen within the delta time")
+    INT2_STEP_DELTA = Bits(7, doc="1: steps detected within the delta time")
     INT2_STEP_COUNT_OV = Bits(6, doc="1: step counter overflow")
     INT2_FULL_FLAG = Bits(5, doc="1: FIFO full")
     INT2_FIFO_OVR = Bits(4, doc="1: FIFO overrun")
@@ -125,7 +125,7 @@ class CTRL2_G(Register, addr=0x11):
 
     ODR_G = Bits(7, 4, doc=f"rate: {_ODR}")
     FS_G = Bits(3, 2, doc="full scale: 0 250, 1 500, 2 1000, 3 2000 dps (8.75, 17.5, 35, 70 mdps/LSB)")
-    FS_125 = Bits(1, doc="1: 125 dps (4.375 mdps/LSB) whatever FS_G says")
+    FS_125 = Bits(1, doc="1: 125 dps (4.375 mdps/LSB), for any FS_G")
 
 
 class CTRL3_C(Register, addr=0x12, reset=0x04):
@@ -138,7 +138,7 @@ class CTRL3_C(Register, addr=0x12, reset=0x04):
     SIM = Bits(3, doc="SPI: 0 4-wire, 1 3-wire")
     IF_INC = Bits(2, doc="1: the address advances after each byte of a burst")
     BLE = Bits(1, doc="byte order of output pairs: 0 low byte first, 1 high byte first")
-    SW_RESET = Bits(0, doc="1: control registers to reset values, 50 us; clears itself")
+    SW_RESET = Bits(0, doc="1: reset the control registers, 50 us; clears itself")
 
 
 class CTRL4_C(Register, addr=0x13):
@@ -398,7 +398,7 @@ class SENSORHUB_EXT(
 class FUNC_SRC1(Register, addr=0x53, access="r"):
     """Events of the embedded functions; reading clears latched ones."""
 
-    STEP_COUNT_DELTA_IA = Bits(7, doc="steps were seen within the delta time")
+    STEP_COUNT_DELTA_IA = Bits(7, doc="steps were detected within the delta time")
     SIGN_MOTION_IA = Bits(6, doc="significant motion")
     TILT_IA = Bits(5, doc="tilt")
     STEP_DETECTED = Bits(4, doc="step")
@@ -415,7 +415,7 @@ class FUNC_SRC2(Register, addr=0x54, access="r"):
     SLAVE2_NACK = Bits(5, doc="slave 2 did not acknowledge")
     SLAVE1_NACK = Bits(4, doc="slave 1 did not acknowledge")
     SLAVE0_NACK = Bits(3, doc="slave 0 did not acknowledge")
-    WRIST_TILT_IA = Bits(0, doc="wrist tilt; reading clears a latched one")
+    WRIST_TILT_IA = Bits(0, doc="wrist tilt; a read clears the latched bit")
 
 
 class WRIST_TILT_IA(Register, addr=0x55, access="r"):

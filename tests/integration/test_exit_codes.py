@@ -220,7 +220,7 @@ def test_same_file_for_two_outputs_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "run"
     done = fcu("run", "--duration", "1s", "--json", file, "--trace", file)
     assert (done.returncode, done.stdout) == (USAGE_ERROR, "")
-    assert done.stderr == f"fcu: --json and --trace must not both name {file}; give each its own file\n"
+    assert done.stderr == f"fcu: --json and --trace must not both name {file}; give two different files\n"
 
 
 @needs_full

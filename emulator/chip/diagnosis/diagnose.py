@@ -165,7 +165,7 @@ def _unanswered(arm: RunningFirmware, transfers: RecentTransfers) -> Diagnosis |
     details = (
         *cause.sentences,
         f"{count} transfer{'s' * (count > 1)} failed in this way; the program continues without them.",
-        *section("last of them", transfers.texts(these)),
+        *section("last failed transfers", transfers.texts(these)),
     )
     return Diagnosis("bus", cause.short, details, fatal=False)
 
@@ -256,7 +256,7 @@ def _slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis:
     starved = core.active and core.now_ps - core.thread_ps > _STARVED_PS
     if starved:
         since = f"main() has not run since {at(core.thread_ps)}"
-        details.insert(0, f"{since}: the next tick is due when the callback returns.")
+        details.insert(0, f"{since}: the next tick is already due when the callback returns.")
         summary += ": main() never runs"
     return Diagnosis("callback", summary, tuple(details), fatal=False)
 

@@ -81,7 +81,9 @@ def printed_elsewhere(chip: Chip, signals: BoardSignals) -> Diagnosis | None:
     lines = [line for line in data.decode(errors="replace").splitlines() if line.strip()]
     details = [f"This board's terminal is on {board}."]
     if name == "USART2" and signals.gpio.alternate("A", 2) == _USART2_FUNCTION:
-        details.append("USART2 on PA2 is the terminal of ST's Nucleo boards; was the program made for one?")
+        details.append(
+            "USART2 on PA2 is the terminal of ST's Nucleo boards; was the program made for such a board?"
+        )
     details += section(f"the first lines on {name}", lines[:_LINES_SHOWN])
     return Diagnosis(
         "terminal", f"the program prints on {name}, which has no terminal", tuple(details), fatal=False
@@ -107,7 +109,7 @@ def wrong_baud(chip: Chip, signals: BoardSignals) -> Diagnosis | None:
         (
             f"BRR is {divider} and the peripheral's clock {clock_hz / 1e6:g} MHz.",
             "The text is readable here; a terminal of the real board would show garbage.",
-            f"Check Init.BaudRate in MX_{name}_UART_Init(); SystemClock_Config() comes before it.",
+            f"Check Init.BaudRate in MX_{name}_UART_Init(); SystemClock_Config() must be called before it.",
         ),
         fatal=False,
     )
@@ -143,7 +145,7 @@ def bus_never_on(chip: Chip, signals: BoardSignals, places: Places) -> Cause | N
     if not talks or used or on:
         return None
     if elsewhere := _other_bus_on(chip, signals):
-        return Cause(f"{elsewhere} is set up, but has no sensors", [absent(signals, elsewhere)])
+        return Cause(f"{elsewhere} is set up, but no sensor is connected to it", [absent(signals, elsewhere)])
     bits_off = [
         *(f"PE in {name}_CR1" for name in signals.i2c),
         *(f"SPE in {name}_CR1" for name in signals.spi),

@@ -285,7 +285,7 @@ class Sections:
         except zlib.error:
             raise DebugInfoError(f"{name} cannot be unpacked") from None
         if len(data) != size:
-            raise DebugInfoError(f"{name} unpacks to another size than announced")
+            raise DebugInfoError(f"{name} unpacks to a size other than its announced size")
         return data
 
 
