@@ -157,7 +157,7 @@ class Waits:
             for peripheral, offset, value in loop.registers
         )
         off = next((peripheral.name for peripheral, _, _ in loop.registers if not peripheral.clocked), "")
-        why = f"{off} has no clock and reads as 0." if off else "No future event can change it."
+        why = f"{off} has no clock and reads as 0." if off else "No scheduled event can change it."
         return Cause(f"waits forever for {' and '.join(seen)} to change", [why])
 
     def _variables(self, loop: Loop, why: str) -> Cause | None:
