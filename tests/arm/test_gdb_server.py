@@ -210,7 +210,7 @@ def test_firmware_failure_reaches_debugger_or_caller() -> None:
 
 @settings(max_examples=25)
 @given(st.lists(st.one_of(st.binary(max_size=300), st.binary(max_size=50).map(frame)), max_size=8))
-def test_no_data_from_client_breaks_server(pieces: list[bytes]) -> None:
+def test_server_survives_any_data_from_client(pieces: list[bytes]) -> None:
     bench = Bench()
     client = bench.connect()
     client.send(b"".join(pieces))

@@ -234,7 +234,7 @@ def test_unusable_address_is_refused_in_one_line(where: str, message: str) -> No
     assert "\n" not in str(caught.value)
 
 
-def test_unserved_port_error_shows_run_command() -> None:
+def test_error_for_unserved_port_shows_run_command() -> None:
     with socket.socket() as reserved:
         reserved.bind(("127.0.0.1", 0))
         number = reserved.getsockname()[1]

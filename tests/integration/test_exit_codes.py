@@ -226,7 +226,7 @@ def test_same_file_for_two_outputs_is_refused(tmp_path: Path) -> None:
 @needs_full
 @posix
 @pytest.mark.parametrize("after", [">/dev/full", ">&-", "<&- >&- 2>&-"])
-def test_new_with_lost_output_is_not_judged(tmp_path: Path, after: str) -> None:
+def test_new_command_with_lost_output_exits_with_4(tmp_path: Path, after: str) -> None:
     done = fcu("new", tmp_path / "mylab", after=after)
     assert done.returncode == NOT_JUDGED
     assert "Traceback" not in done.stderr

@@ -333,7 +333,7 @@ def test_chip_peripherals_and_pins_are_shown(browser: Browser, served: Served) -
     assert "LED1" in page.text_content("[data-pin=PB5]")
 
 
-def test_button_at_input_is_pressed_from_pins(browser: Browser) -> None:
+def test_button_of_input_is_pressed_in_pins_tab(browser: Browser) -> None:
     served = Served(Setup(ButtonReader, ideal=True))
     try:
         page = browser.open(served)

@@ -30,7 +30,7 @@ def test_flicker_allan_deviation_is_constant_over_time(m: int) -> None:
     assert found == pytest.approx(FLOOR, rel=0.1)
 
 
-def test_independent_program_finds_same_floor() -> None:
+def test_independent_program_finds_same_noise_floor() -> None:
     allantools = pytest.importorskip("allantools")
     found = [
         allantools.oadev(axis, rate=1.0, data_type="freq", taus=[30, 100])[1] for axis in wandering(10_000).T

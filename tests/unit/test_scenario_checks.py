@@ -313,7 +313,7 @@ def test_report_covers_part_of_run(tmp_path: Path, words: Words) -> None:
     assert (refused.value.key, refused.value.kind) == ("report[0].from", "after_end")
 
 
-def test_report_and_expectation_state_their_truth(tmp_path: Path, words: Words) -> None:
+def test_report_and_expectation_show_true_value(tmp_path: Path, words: Words) -> None:
     """The board sweeps at 20 degrees a second: printed values are a little old, and one print has two errors."""
     turn = "[[timeline]]\ndo = 'sweep'\naxis = 'pitch'\nto_deg = 30\nat = '1s'\nfor = '1.5s'\n"
     field = "[[expect]]\nkind = 'field'\nname = 'Pitch'\ntruth = true\ntolerance = 0.0001\n"

@@ -66,7 +66,7 @@ def test_free_fall_measures_zero_until_catch() -> None:
     np.testing.assert_allclose(world.altitude_m([1.0, 1.5, 2.0]), [2, 2 - fallen, 2 - fallen - braked])
 
 
-def test_free_fall_follows_gravity_that_was_set() -> None:
+def test_free_fall_uses_gravity_that_was_set() -> None:
     world = World()
     world.set_gravity(1.62)
     np.testing.assert_allclose(world.specific_force_g([0.0]), [[0, 0, 1.62 / G]])
