@@ -59,7 +59,7 @@ class CFG_REG_C(Register, addr=0x62):
 
 
 class INT_CRTL_REG(Register, addr=0x63, reset=0xE0):
-    """Threshold interrupt: axes, polarity, latch, enable (the datasheet's own spelling)."""
+    """Threshold interrupt: axes, polarity, latch, enable (spelt as in the datasheet)."""
 
     XIEN = Bits(7, doc="1: X compared")
     YIEN = Bits(6, doc="1: Y compared")

@@ -91,7 +91,7 @@ class RES_CONF(Register, addr=0x1A):
 
 
 class INT_SOURCE(Register, addr=0x25, access="r"):
-    """Boot in progress, and pressure interrupts; reading clears latched ones."""
+    """Boot in progress, and pressure interrupts; a read clears latched interrupts."""
 
     BOOT_STATUS = Bits(7, doc="1: boot in progress")
     IA = Bits(2, doc="any pressure interrupt")
@@ -100,7 +100,7 @@ class INT_SOURCE(Register, addr=0x25, access="r"):
 
 
 class FIFO_STATUS(Register, addr=0x26, access="r"):
-    """FIFO flags and fill."""
+    """FIFO flags and fill level."""
 
     FTH_FIFO = Bits(7, doc="1: watermark reached")
     OVR = Bits(6, doc="1: full, and a sample was overwritten")

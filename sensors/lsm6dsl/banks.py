@@ -229,7 +229,7 @@ class BankB:
         WRIST_TILT_THS = Bits(7, 0, doc="15.625 mg per LSB; the angle is asin(value / 64)")
 
     class A_WRIST_TILT_Mask(Register, addr=0x59, reset=0xC0):
-        """Wrist tilt: axes and directions that count."""
+        """Wrist tilt: axes and directions that are detected."""
 
         WRIST_TILT_MASK_Xpos = Bits(7, doc="1: positive side of X")
         WRIST_TILT_MASK_Xneg = Bits(6, doc="1: negative side of X")

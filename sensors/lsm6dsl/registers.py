@@ -232,7 +232,7 @@ class MASTER_CONFIG(Register, addr=0x1A):
 
 
 class WAKE_UP_SRC(Register, addr=0x1B, access="r"):
-    """Free-fall, inactivity and wake-up events; reading clears latched ones."""
+    """Free-fall, inactivity and wake-up events; a read clears latched events."""
 
     FF_IA = Bits(5, doc="free fall")
     SLEEP_STATE_IA = Bits(4, doc="inactive")
@@ -243,7 +243,7 @@ class WAKE_UP_SRC(Register, addr=0x1B, access="r"):
 
 
 class TAP_SRC(Register, addr=0x1C, access="r"):
-    """Tap events; reading clears latched ones."""
+    """Tap events; a read clears latched events."""
 
     TAP_IA = Bits(6, doc="single or double tap")
     SINGLE_TAP = Bits(5, doc="single tap")
@@ -255,7 +255,7 @@ class TAP_SRC(Register, addr=0x1C, access="r"):
 
 
 class D6D_SRC(Register, addr=0x1D, access="r"):
-    """Orientation (6D, 4D) events; reading clears a latched one."""
+    """Orientation (6D, 4D) events; a read clears a latched event."""
 
     DEN_DRDY = Bits(7, doc="data-enable sample ready")
     D6D_IA = Bits(6, doc="orientation has changed")
@@ -286,7 +286,7 @@ class OUT_G(
     access="r",
     names=("OUTX_L_G", "OUTX_H_G", "OUTY_L_G", "OUTY_H_G", "OUTZ_L_G", "OUTZ_H_G"),
 ):
-    """Angular rate X, Y, Z, int16 each, LSB by FS_G: 4.375 to 70 mdps."""
+    """Angular rate X, Y, Z, int16 each; one LSB depends on FS_G: 4.375 to 70 mdps."""
 
 
 class OUT_XL(
@@ -296,7 +296,7 @@ class OUT_XL(
     access="r",
     names=("OUTX_L_XL", "OUTX_H_XL", "OUTY_L_XL", "OUTY_H_XL", "OUTZ_L_XL", "OUTZ_H_XL"),
 ):
-    """Acceleration X, Y, Z, int16 each, LSB by FS_XL: 0.061 to 0.488 mg."""
+    """Acceleration X, Y, Z, int16 each; one LSB depends on FS_XL: 0.061 to 0.488 mg."""
 
 
 class SENSORHUB(
@@ -396,7 +396,7 @@ class SENSORHUB_EXT(
 
 
 class FUNC_SRC1(Register, addr=0x53, access="r"):
-    """Events of the embedded functions; reading clears latched ones."""
+    """Events of the embedded functions; a read clears latched events."""
 
     STEP_COUNT_DELTA_IA = Bits(7, doc="steps were detected within the delta time")
     SIGN_MOTION_IA = Bits(6, doc="significant motion")
@@ -529,18 +529,18 @@ class OUT_MAG_RAW(
 
 
 class X_OFS_USR(Register, addr=0x73):
-    """User offset X, int8: added to the output, weight by USR_OFF_W."""
+    """User offset X, int8: added to the output with the weight of USR_OFF_W."""
 
     X_OFS_USR = Bits(7, 0, doc="-127 to 127; 2^-10 or 2^-6 g/LSB")
 
 
 class Y_OFS_USR(Register, addr=0x74):
-    """User offset Y, int8: added to the output, weight by USR_OFF_W."""
+    """User offset Y, int8: added to the output with the weight of USR_OFF_W."""
 
     Y_OFS_USR = Bits(7, 0, doc="-127 to 127; 2^-10 or 2^-6 g/LSB")
 
 
 class Z_OFS_USR(Register, addr=0x75):
-    """User offset Z, int8: subtracted from the output, weight by USR_OFF_W."""
+    """User offset Z, int8: subtracted from the output with the weight of USR_OFF_W."""
 
     Z_OFS_USR = Bits(7, 0, doc="-127 to 127; 2^-10 or 2^-6 g/LSB")
