@@ -384,9 +384,9 @@ def _times(rows: Sequence[Block], right: Formula) -> Iterator[Formula]:
         if _OF_DEGC[0] < factor < _OF_DEGC[1]
         else ""
     )
-    summary = f"Altitude is {factor:.2g} times the truth{degc}"
+    summary = f"Altitude is {factor:.2g} times the true value{degc}"
     yield Formula(
-        lambda row: factor * right.of(row), summary, f"In metres, and T in degC: {_ALTITUDE}.", factor
+        lambda row: factor * right.of(row), summary, f"With h in metres and T in degC: {_ALTITUDE}.", factor
     )
 
 

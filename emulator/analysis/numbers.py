@@ -200,7 +200,7 @@ def _of_vector(group: Group, rows: Sequence[_Row]) -> Iterator[Change]:
     if factor is not None:
         yield Change(
             lambda values, truth: _plain(values, [one.scaled(factor) for one in truth]) / max(factor, 1.0),
-            f"{name} is {factor:.3g} times the truth",
+            f"{name} is {factor:.3g} times the true value",
             ("Check the factor between the raw value and the unit.",),
             factor,
         )
@@ -340,7 +340,7 @@ def _of_tilt() -> Iterator[Change]:
         yield Change(
             _rearranged((0, 1), (pitch, roll)),
             f"{what} negated",
-            (f"Check the signs: {_LOOK_TILT}", "Or axes of ACC are negated."),
+            (f"Check the signs: {_LOOK_TILT}", "Otherwise, axes of ACC may be negated."),
         )
     yield Change(
         lambda values, truth: _plain((values[1], values[0]), truth),
@@ -390,7 +390,7 @@ def _of_pressure(rows: Sequence[_Row]) -> Iterator[Change]:
     if factor is not None:
         yield Change(
             _scaled(factor),
-            f"Pre is {factor:.4g} times the truth",
+            f"Pre is {factor:.4g} times the true value",
             ("The raw value is 4096 for 1 hPa, and 1 hPa is 100 Pa.",),
         )
 
@@ -412,12 +412,12 @@ def _of_altitude(rows: Sequence[_Row]) -> Iterator[Change]:
             "Altitude fits the formula with a pressure of 0 at the floor",
             (
                 "Likely the pressure at the floor is 0: the LPS22HB was read before its first sample.",
-                "Wait for P_DA in its STATUS register (27h), as LPS22HB_WaitForData() does, then read it.",
+                "Wait for P_DA in its STATUS register (27h), as LPS22HB_WaitForData() does, then read the pressure.",
             ),
         )
     yield Change(
         lambda values, truth: truth[0].scaled(-1).distance(values[0]),
         "Altitude is negated",
-        ("The ratio is P0 / P: the floor's pressure divided by the measured one.",),
+        ("The ratio is P0 / P: the pressure at the floor divided by the measured pressure.",),
         -1.0,
     )

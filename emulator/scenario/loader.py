@@ -282,11 +282,11 @@ def _draw(value: dict[str, Any], pick: Callable[[int], float]) -> Any:
     if len(value.keys() & {"uniform", "one_of"}) != 1 or not value.keys() <= _DRAW_KEYS:
         raise ValueError(f"must be {_DRAW_RIGHT}, not {shown(value)}")
     if not isinstance(value.get("random_sign", False), bool):
-        raise ValueError(f"random_sign must be true or false, not {shown(value['random_sign'])}")
+        raise ValueError(f"'random_sign' must be true or false, not {shown(value['random_sign'])}")
     if "one_of" in value:
         choices = value["one_of"]
         if not isinstance(choices, list) or not choices:
-            raise ValueError(f"one_of must be an array with at least one value, not {shown(choices)}")
+            raise ValueError(f"'one_of' must be an array with at least one value, not {shown(choices)}")
         result = choices[int(pick(0) * len(choices))]
     else:
         result = _between(value["uniform"], pick(0))
@@ -314,7 +314,7 @@ def _between(ends: Any, share: float) -> Any:
 
 def _refuse_order(in_order: bool, ends: Any) -> None:
     if not in_order:
-        raise ValueError(f"uniform must have the smaller value first, not {shown(ends)}")
+        raise ValueError(f"'uniform' must have the smaller value first, not {shown(ends)}")
 
 
 def _is_number(value: Any) -> bool:

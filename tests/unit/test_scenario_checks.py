@@ -306,7 +306,7 @@ def test_report_compares_printed_values_with_truth(tmp_path: Path, words: Words)
 def test_report_covers_part_of_run(tmp_path: Path, words: Words) -> None:
     report = "[[report]]\nfield = 'Pitch'\nagainst = 'truth'\nfrom = '{}'\n"
     result = play(tmp_path, f"{IDEAL}{report.format('1.5s')}")
-    assert result.reports[-1].endswith(" 1 print")
+    assert result.reports[-1].endswith(" 1 printed value")
     words("scenario", f"{result.reports[0]}\n{result.reports[-1]}")
     with pytest.raises(ScenarioError, match="60 s") as refused:
         play(tmp_path, f"{IDEAL}{report.format('60s')}")

@@ -225,7 +225,7 @@ def _sometimes_slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis | Non
         f"The callback calls {name}() in {places.place(site)}.",
         _WAITING[name],
     )
-    summary = f"{CALLBACK}() occasionally takes longer than a {period} tick"
+    summary = f"{CALLBACK}() occasionally takes longer than the timer's period of {period}"
     return Diagnosis("callback", summary, details, fatal=False)
 
 
@@ -240,7 +240,9 @@ def _slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis:
     period_ps = PS_PER_S / timer.rate_hz
     taken = milliseconds(round(period_ps * timer.ticks / (timer.ticks - timer.lost)))
     name = f"{CALLBACK}()" if places.address_of(CALLBACK) else f"the handler of {timer.name}"
-    summary = f"{name} takes about {taken} of a {milliseconds(round(period_ps))} tick"
+    summary = (
+        f"{name} takes about {taken}, longer than the timer's period of {milliseconds(round(period_ps))}"
+    )
     details = [
         (
             f"{timer.name} runs at {timer.rate_hz:g} Hz; of {timer.ticks} ticks {timer.lost} were lost and "

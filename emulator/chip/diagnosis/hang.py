@@ -117,7 +117,7 @@ class Interrupts:
         running = self.handled
         return (
             f"SysTick (priority {priority(SYS_TICK) >> 4}) cannot interrupt the handler of "
-            f"{exception_name(running)} (priority {priority(running) >> 4}): give SysTick a smaller number, "
+            f"{exception_name(running)} (priority {priority(running) >> 4}): give SysTick a smaller priority number, "
             "or do not wait in interrupts."
         )
 
