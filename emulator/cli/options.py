@@ -27,7 +27,7 @@ def _wiring() -> Any:
     return option(
         "--wiring",
         renamed_from="--profile",
-        help="Wiring of the sensors: lab3 or fcu001v1. Default: the firmware's.",
+        help="Wiring of the sensors: lab3 or fcu001v1. Default: the wiring for which the firmware was built.",
     )
 
 
@@ -35,7 +35,7 @@ def _seed() -> Any:
     return option(
         "--seed",
         type=int,
-        help="Random seed: selects the board's offsets and noise. Default: the scenario's, or 0.",
+        help="Random seed: selects the board's offsets and noise. Default: the seed of the scenario, or 0.",
     )
 
 
@@ -48,7 +48,7 @@ def _gdb() -> Any:
         "--gdb",
         type=click.IntRange(0, 65535),
         metavar="PORT",
-        help="Serve gdb on this port of 127.0.0.1 (0: any free one).",
+        help="Serve gdb on this port of 127.0.0.1 (0: any free port).",
     )
 
 
@@ -115,7 +115,7 @@ class RunOptions:
         "--crystal",
         type=click.FloatRange(4, 26),
         metavar="MHZ",
-        help="Frequency of the chip's crystal, for a program of another board. Default: the scenario's, else 16.",
+        help="Frequency of the chip's crystal, for a program of another board. Default: as in the scenario, else 16.",
     )
     flash: Path | None = _file(
         "Keep the chip's flash in FILE between runs, except the sectors of the program.", "--flash"
@@ -182,7 +182,7 @@ class DiffOptions:
     seed: int | None = _seed()
     ideal: bool = _ideal()
     duration: str | None = option(
-        "--duration", metavar="TIME", help="Virtual time to compare. Default: the scenario's."
+        "--duration", metavar="TIME", help="Virtual time to compare. Default: the duration of the scenario."
     )
     time_tolerance: str = option(
         "--time-tolerance",
@@ -296,7 +296,7 @@ class WebOptions:
         type=click.IntRange(0, 65535),
         default=0,
         metavar="PORT",
-        help="Port of the page. Default: any free one.",
+        help="Port of the page. Default: any free port.",
     )
     listen: str = option(
         "--listen",
@@ -342,7 +342,7 @@ class CheckOptions:
         "--boards", type=click.IntRange(1, 1000), metavar="N", help="Check on N boards, with a summary."
     )
     rubric: str | None = option(
-        "--rubric", metavar="NAME|FILE", help="The rubric. Default: the project's, else lab3."
+        "--rubric", metavar="NAME|FILE", help="The rubric. Default: the rubric of the project, else lab3."
     )
     jobs: int | None = option(
         "--jobs",

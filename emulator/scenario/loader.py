@@ -123,8 +123,8 @@ def _refuse_disturbed(part: ThresholdSection, scenario: Scenario) -> None:
         if step.number in part.entries or not step.entry.moves & {"attitude", "altitude"}:
             continue
         if step.at_ps < part.end_ps and max(step.end_ps, step.at_ps + 1) > part.begin_ps:
-            rests = f"rests from {seconds(part.begin_ps)} to {seconds(part.end_ps)}"
-            problem = f"{rests}, while {step.name} moves the board; start one of them later"
+            needs = f"needs a motionless board from {seconds(part.begin_ps)} to {seconds(part.end_ps)}"
+            problem = f"{needs}, but {step.name} moves the board; start one of them later"
             raise ScenarioError(scenario.file, f"threshold[{part.number}]", problem, kind="disturbed")
 
 
