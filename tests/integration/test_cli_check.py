@@ -56,7 +56,7 @@ def change(file: Path, old: str, new: str) -> None:
     file.write_text(text.replace(old, new), encoding="utf-8")
 
 
-def test_solution_passes() -> None:
+def test_solution_passes_all_checks() -> None:
     done = fcu("check", "solution", *QUICK, "--exercise", "4")
 
     assert done.returncode == 0, done.stderr

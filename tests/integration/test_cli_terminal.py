@@ -342,6 +342,6 @@ class WindowsKeys:
         ("\ud83d", "�x".encode()),  # half a character, and what came after it
     ],
 )
-def test_windows_key_is_sent_as_serial_bytes(pressed: str, sent: bytes) -> None:
+def test_key_pressed_on_windows_is_sent_as_bytes(pressed: str, sent: bytes) -> None:
     keys = WindowsKeys("\x00;", pressed, "x")  # F1 first, which a serial line does not know
     assert key(keys.getwch, keys.kbhit) == sent

@@ -412,7 +412,7 @@ def test_printed_text_is_escaped_in_page(browser: Browser) -> None:
 
 
 @pytest.mark.parametrize("width", [360, 420])
-def test_page_fits_phone(width: int, browser: Browser, served: Served) -> None:
+def test_page_fits_screen_of_phone(width: int, browser: Browser, served: Served) -> None:
     page = browser.open(served)
     page.set_viewport_size({"width": width, "height": 800})
     for pane in ("world", "registers", "bus", "pins", "scenario", "diagnosis"):

@@ -152,7 +152,9 @@ def test_program_of_project_equals_template(desk: Path) -> None:
 
 
 @pytest.mark.parametrize(("program", "passed", "code"), [("solution", 3, 0), ("template-arm", 0, 1)])
-def test_check_counts_boards_with_all_points(desk: Path, program: str, passed: int, code: int) -> None:
+def test_check_command_counts_boards_with_all_points(
+    desk: Path, program: str, passed: int, code: int
+) -> None:
     done = fcu(desk, "check", program, "--rubric", "pitch.toml", "--boards", "3", "--seed", "5")
 
     assert done.returncode == code, done.stderr

@@ -50,7 +50,7 @@ def test_value_depends_only_on_its_time(starts: list[int], rate_hz: float) -> No
         np.testing.assert_array_equal(everywhere.block(t_s)[:, 50:60], alone.block(t_s[50:60]))
 
 
-def test_axes_and_boards_wander_independently() -> None:
+def test_flicker_of_axes_and_boards_is_independent() -> None:
     correlation = np.corrcoef(wandering(10_000, seeds=2).T)
     assert (
         np.abs(correlation - np.eye(6)).max() < 0.6

@@ -77,7 +77,7 @@ def test_turntable_gives_centripetal_acceleration() -> None:
     np.testing.assert_allclose(world.linear_acceleration_g([0.5]), (2 * np.pi) ** 2 * 0.1 / G)
 
 
-def test_board_bent_up_about_wrist_rises() -> None:
+def test_board_turned_up_about_wrist_rises() -> None:
     world = World()
     world.take_in_hand((0, -0.1, 0), tremor_mg=0)
     before_hpa = world.pressure_hpa([0.0])
