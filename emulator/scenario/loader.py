@@ -292,7 +292,7 @@ def _draw(value: dict[str, Any], pick: Callable[[int], float]) -> Any:
         result = _between(value["uniform"], pick(0))
     if value.get("random_sign", False):
         if not _is_number(result):
-            raise ValueError("must draw a number, because random_sign is given")
+            raise ValueError("must draw a number, because 'random_sign' is given")
         result = result if pick(1) < 0.5 else -result
     return result
 

@@ -113,6 +113,6 @@ FUNCTIONS = (
     ),
     Function("threshold interrupt and INT/DRDY pin", "AN5069 10, datasheet 8.8 to 8.11"),
     Function("thermometer", "datasheet 8.16"),
-    Function("self-test", "AN5069 figure 4", "one field inside the limits, the same in every part"),
+    Function("self-test", "AN5069 figure 4", "the field is inside the limits, and the same in every part"),
     Function("supply current", "datasheet and AN5069", "averages of the tables, no ramps"),
 )

@@ -142,7 +142,9 @@ FUNCTIONS = (
         "sensitivity, the datasheet has no figures, so that the figures of the ISM330DHCX are used",
         "non-linearity, for which the datasheet has no figures",
     ),
-    Function("self-test", "AN5040 figures 36 and 37", "one shift inside the limits, the same in every part"),
+    Function(
+        "self-test", "AN5040 figures 36 and 37", "the shift is inside the limits, and the same in every part"
+    ),
     Function(
         "data-ready, DRDY_MASK, BDU, BLE",
         "AN5040 3.9 and 4.3 to 4.5",

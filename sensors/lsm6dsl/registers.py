@@ -172,7 +172,7 @@ class CTRL6_C(Register, addr=0x15):
     TRIG_EN = Bits(7, doc="1: data enable by edge")
     LVL1_EN = Bits(6, doc="1: data enable by level; with TRIG_EN the level gates the FIFO")
     LVL2_EN = Bits(5, doc="1: with LVL1_EN, data enable by latched level")
-    XL_HM_MODE = Bits(4, doc="accelerometer: 0 high performance, 1 low power or normal by rate")
+    XL_HM_MODE = Bits(4, doc="accelerometer: 0 high performance, 1 low power or normal, depending on rate")
     USR_OFF_W = Bits(3, doc="weight of X, Y, Z_OFS_USR: 0 2^-10 g/LSB, 1 2^-6 g/LSB")
     FTYPE = Bits(1, 0, doc="gyroscope LPF1 cutoff at 833 Hz: 0 245, 1 195, 2 155, 3 293 Hz")
 
@@ -180,7 +180,7 @@ class CTRL6_C(Register, addr=0x15):
 class CTRL7_G(Register, addr=0x16):
     """Gyroscope power mode and high-pass filter."""
 
-    G_HM_MODE = Bits(7, doc="gyroscope: 0 high performance, 1 low power or normal by rate")
+    G_HM_MODE = Bits(7, doc="gyroscope: 0 high performance, 1 low power or normal, depending on rate")
     HP_EN_G = Bits(6, doc="1: high-pass filter on, in high performance only")
     HPM_G = Bits(5, 4, doc="high-pass cutoff: 0 16 mHz, 1 65 mHz, 2 260 mHz, 3 1.04 Hz")
     ROUNDING_STATUS = Bits(2, doc="1: burst wraps over the sources, STATUS_REG and FUNC_SRC1")

@@ -54,7 +54,7 @@ def changed(**settings: float | str) -> FirmwareFactory:
 # -- what counts as the same --------------------------------------------------------------------------------
 
 
-def test_sign_of_zero_is_not_difference() -> None:
+def test_sign_of_zero_is_not_reported_as_difference() -> None:
     assert compare(run("Pitch: -0.000000 deg\n"), run("Pitch: 0.000000 deg\n")) == []
     assert compare(run("Pitch: -0.000001 deg\n"), run("Pitch: 0.000001 deg\n")) != []
     assert compare(run("a -0 b\n"), run("a 0 b\n")) == []

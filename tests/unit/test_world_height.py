@@ -43,7 +43,7 @@ def test_vertical_acceleration_is_second_derivative_of_altitude(name: str) -> No
     assert np.abs(expected).max() > 1
 
 
-def test_lift_ends_at_rest_at_its_target() -> None:
+def test_lift_stops_at_its_target() -> None:
     world = World()
     world.set_altitude(1.0)
     end_s = world.lift(2.5, duration_s=4, start_s=1)
@@ -85,7 +85,7 @@ def test_shake_is_cosine_along_its_axis(axis: str, board: int) -> None:
     np.testing.assert_allclose(world.specific_force_g(t) - [0, 0, 1], expected, atol=1e-12)
 
 
-def test_shake_stops_at_rest_after_whole_periods() -> None:
+def test_shake_stops_after_whole_periods() -> None:
     world = World()
     end_s = world.shake("up", amplitude_g=1, frequency_hz=2, duration_s=1.9)
     assert end_s == 1.5
