@@ -95,7 +95,7 @@ def rate_deviation() -> Any:
 
 def heating_share() -> Any:
     """Return the field ``heating_percent``, see :mod:`fcu_emulator.emulator.world.warmth`."""
-    doc = "warming at its place, above that of the board"
+    doc = "warming of the sensor's place, in addition to the board's"
     return drawn(doc, "%", 8.0, "the board's size and copper", "typical", (-100.0, 100.0))
 
 

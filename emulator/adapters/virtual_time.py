@@ -34,7 +34,7 @@ def virtual_time(board: Board, *modules: ModuleType) -> Iterator[None]:
     taken = _in_use.intersection(found)
     if taken:
         raise InputError(
-            f"cannot use the board's time for {min(taken)}: another block uses it; leave that block first",
+            f"cannot use the board's time for {min(taken)}: another with statement uses it; leave that statement first",
             kind="time_in_use",
         )
     replacements = _replacements(board)

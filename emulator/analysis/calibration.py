@@ -44,17 +44,17 @@ def _cause(constant: Numbers, iron: Numbers, radius: float, off: NDArray[np.bool
     names = " and ".join(axis for axis, wrong in zip(AXES, off, strict=True) if wrong)
     if _alike(constant[magnetic], iron[magnetic]):
         return (
-            "MAG still has the board's hard iron on each axis",
+            "MAG still contains the board's hard iron on each axis",
             f"Likely the calibration is missing: {_SUBTRACT}",
         )
     if _alike(constant[off], iron[off]):
         return (
-            f"MAG still has the board's hard iron on {names}",
+            f"MAG still contains the board's hard iron on {names}",
             f"Likely this axis is omitted, or another axis is used: {_SUBTRACT}",
         )
     if _alike(constant[magnetic], 2 * iron[magnetic]):
         return (
-            "MAG has the board's hard iron twice",
+            "MAG contains the board's hard iron twice",
             f"Likely the hard iron is added instead of subtracted: {_SUBTRACT}",
         )
     outside = magnetic & (np.abs(iron) > radius)
@@ -62,7 +62,7 @@ def _cause(constant: Numbers, iron: Numbers, radius: float, off: NDArray[np.bool
     if outside.any() and _alike(centre[outside], from_zero[outside]):
         return (
             "MAG is wrong by a constant, as if a minimum or maximum began at 0",
-            "Let mag_min begin at 10000 and mag_max at -10000, so that the first sample replaces both.",
+            "Set mag_min to 10000 and mag_max to -10000 at the start, so that the first sample replaces both.",
         )
     if _alike(np.abs(centre), np.full(3, radius)):
         return (

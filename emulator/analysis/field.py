@@ -91,7 +91,7 @@ def _of_axes(rows: _Rows) -> Hint | None:
         if rows.residual(np.minimum(*ends), np.maximum(*ends)) <= MAG.far / 2:
             look = (
                 "Each axis may be wrong by a constant, the board's hard iron.",
-                "The board has X right, Y forward, Z up: X = -raw.Y, Y = raw.X, Z = raw.Z of the sensors.",
+                "The board's axes are X right, Y forward, Z up: X = -raw.Y, Y = raw.X, Z = raw.Z of the sensors.",
             )
             return Hint(f"MAG has {axes_in_words(order, signs)}", look, rows.seen[-1])
     return None
@@ -110,17 +110,17 @@ def _of_factor(rows: _Rows) -> Hint | None:
         "Each axis may be wrong by a constant, the board's hard iron; the changes are wrong by this factor.",
         "Check the factor between the raw value and the unit: the LIS2MDL has 1.5 mgauss/LSB.",
     )
-    return Hint(f"MAG changes {factor:.3g} times as much as the truth", look, rows.seen[-1], factor)
+    return Hint(f"MAG changes {factor:.3g} times as much as the true field", look, rows.seen[-1], factor)
 
 
 def _of_bytes(rows: _Rows) -> Hint | None:
     steps = rows.values / MAG.per_lsb
     if all(np.ptp(axis) > 1_000 and _few_low_bytes(axis) for axis in steps.T[:2]):
         look = (
-            "Its values jump by multiples of 384 mgauss, 256 steps of the sensor.",
-            "The sensors give the low byte first: (int16_t)(bytes[0] | bytes[1] << 8).",
+            "Its values jump by multiples of 384 mgauss, which is 256 LSB of the sensor.",
+            "The sensors send the low byte first: (int16_t)(bytes[0] | bytes[1] << 8).",
         )
-        return Hint("MAG has the true high byte as its low byte", look, rows.seen[-1])
+        return Hint("MAG has the high byte of the true value as its low byte", look, rows.seen[-1])
     return None
 
 

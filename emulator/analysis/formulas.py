@@ -182,7 +182,7 @@ def _tilt(field: str) -> tuple[Formula, list[Formula], str]:
         ),
         Formula(
             lambda row: _deg(math.atan2(up(row), row.acc[other] + row.acc[2])),
-            f"{field} fits the formula with a sum in place of the root of the squares",
+            f"{field} fits the formula with a sum in place of the root of the sum of squares",
             text + ".",
         ),
         Formula(
@@ -280,17 +280,17 @@ _WRONG_YAW = (
     ),
     Formula(
         lambda row: _deg(math.atan2(*_yaw(row, _Angles(_angles(row).roll, _angles(row).pitch)))),
-        "Yaw fits the formula with pitch and roll exchanged in its formulas",
+        "Yaw fits the formula with pitch and roll exchanged",
         f"{_LINES}.",
     ),
     Formula(
         lambda row: _deg(math.atan2(*_yaw(row, _Angles(-_angles(row).pitch, _angles(row).roll)))),
-        "Yaw fits the formula with the sign of pitch exchanged",
+        "Yaw fits the formula with the sign of pitch reversed",
         f"{_LINES}.",
     ),
     Formula(
         lambda row: _deg(math.atan2(*_yaw(row, _Angles(_angles(row).pitch, -_angles(row).roll)))),
-        "Yaw fits the formula with the sign of roll exchanged",
+        "Yaw fits the formula with the sign of roll reversed",
         f"{_LINES}.",
     ),
 )
@@ -359,7 +359,7 @@ def altitude_hint(lines: Sequence[LabLine], temperature_degc: float) -> Hint | N
     printed = {(row.line.values or {})["Altitude"] for row in rows}
     if len(printed) >= _FEW_HEIGHTS and all(one == round(one) for one in printed):
         advice = "An int loses the fraction of a number: declare float alt."
-        return Hint("Altitude is cut to whole metres", (advice,), rows[-1].line)
+        return Hint("Altitude is truncated to whole metres", (advice,), rows[-1].line)
     truths = [(row.line.truth["Altitude"], (row.line.values or {})["Altitude"]) for row in rows]
     off = sum(truth.distance(value) > _OFF_M for truth, value in truths)
     if off < _DIFFERENT:
@@ -384,9 +384,9 @@ def _times(rows: Sequence[Block], right: Formula) -> Iterator[Formula]:
         if _OF_DEGC[0] < factor < _OF_DEGC[1]
         else ""
     )
-    summary = f"Altitude is {factor:.2g} times the truth{degc}"
+    summary = f"Altitude is {factor:.2g} times the true value{degc}"
     yield Formula(
-        lambda row: factor * right.of(row), summary, f"In metres, and T in degC: {_ALTITUDE}.", factor
+        lambda row: factor * right.of(row), summary, f"With h in metres and T in degC: {_ALTITUDE}.", factor
     )
 
 
@@ -403,7 +403,7 @@ def _wrong_altitudes(ratio: Callable[[Block], float], kelvin: float) -> Iterator
     )
     yield Formula(
         lambda row: -_height(1 / ratio(row), kelvin),
-        "Altitude fits the formula with the ratio upside down, or its sign",
+        "Altitude fits the formula with the ratio inverted or the sign reversed",
         f"The floor's pressure is the numerator: {_ALTITUDE}.",
     )
     yield Formula(
@@ -413,12 +413,12 @@ def _wrong_altitudes(ratio: Callable[[Block], float], kelvin: float) -> Iterator
     )
     yield Formula(
         lambda row: _height(_SEA_HPA / row.pre, kelvin),
-        "Altitude is above sea level, as if P0 were 1013.25 hPa",
+        "Altitude is the height above sea level, as if P0 were 1013.25 hPa",
         f"0 m is the room's floor: P0 is press_zero_level, read at the start. {_ALTITUDE}.",
     )
     yield Formula(
         lambda row: 44330 * (1 - math.pow(row.pre / _SEA_HPA, 1 / 5.255)),
-        "Altitude is above sea level, as if computed with 44330 m and 1013.25 hPa",
+        "Altitude is the height above sea level, as if computed with 44330 m and 1013.25 hPa",
         f"0 m is the room's floor: P0 is press_zero_level, read at the start. {_ALTITUDE}.",
     )
     yield Formula(

@@ -37,7 +37,7 @@ def led_hints(board: Board, recorder: TruthRecorder) -> Iterator[Diagnosis]:
                 "led",
                 f"{name} is switched, but its pin P{pin[0]}{pin[1]} is not an output",
                 (
-                    f"The bit in GPIO{pin[0]}_ODR is set, but MODER has the pin as an input, as after reset.",
+                    f"The bit in GPIO{pin[0]}_ODR is set, but MODER sets the pin as an input, as after reset.",
                     f"BSP_LED_Init({name}) is missing; call it before the first BSP_LED_Off(){_first_switch(board.chip)}.",
                 ),
                 fatal=False,
@@ -138,7 +138,7 @@ def _toggled(board: Board, name: str, angle: str, looks: Sequence[_LedCondition]
             f"{name} is toggled every {every}{', in each callback,' if each else ''} {when}",
             (
                 *_toggling_lines(board.chip, each),
-                "A LED that is toggled is wrong half of the time.",
+                "A toggled LED is wrong half of the time.",
                 f"Call BSP_LED_On({name}) if fabsf({angle}) > 80, BSP_LED_Off({name}) otherwise.",
             ),
             fatal=False,

@@ -227,7 +227,7 @@ def _beyond_a_half_turn(lines: Sequence[LabLine], where: _Where) -> Iterator[Dia
     if right:
         likely = "The yaw is wrong by a full turn: remove the code that makes negative angles positive."
     else:
-        likely = "Likely the wrap is wrong: subtract 360 above 180 degrees, add 360 below -180, nothing else."
+        likely = "Likely the wrap-around is wrong: subtract 360 above 180 degrees, add 360 below -180, nothing else."
     details = _shown(bad[-1]), "atan2 returns -180 to 180 degrees, like the yaw of the slides.", likely
     place = where.prefix(where.printed(bad[-1]))
     yield Diagnosis("numbers", f"{place}Yaw is beyond 180 degrees", details, fatal=False)
@@ -279,7 +279,8 @@ def _not_a_number(board: Board, lines: Sequence[LabLine], where: _Where) -> Iter
         sentences = [_shown(bad[-1])]
         if any(name[:4] in ("asin", "acos") for name in called):
             sentences.append(
-                "asin and acos accept -1 to 1. An acceleration in mg is outside, and noise can put 1 g outside. "
+                "asin and acos accept -1 to 1. An acceleration in mg is outside this range, and with noise "
+                "1 g can be outside, too. "
                 "Use the slides' atan2, which has no such limit."
             )
         if called:
@@ -335,7 +336,7 @@ def _misread(board: Board) -> Iterator[Diagnosis]:
                 "bus",
                 f"{one.device} is read from {one.register} (0x{first:02X}), the high byte of a value",
                 (
-                    "So each number has the high byte of one value and the low byte of the next.",
+                    "So each number consists of the high byte of one value and the low byte of the next.",
                     f"The low byte comes first, at 0x{first - 1:02X}.",
                 ),
                 fatal=False,
@@ -378,7 +379,7 @@ def _switched_off(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]
                 "sensor",
                 f"the {what} is not switched on, but {label[:3]} is printed",
                 (
-                    f"{field} is {wanted}: its output registers do not change.",
+                    f"{field} is {wanted}, so the output registers do not change.",
                     "Call enableAllSensors() after initializeAllSensors().",
                 ),
                 fatal=False,
@@ -402,7 +403,7 @@ def _blocks(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]:
             "sensor",
             f"block data update is off in the {' and the '.join(without)}",
             (
-                "A new sample can arrive between low and high byte: some values are wrong by 256 steps.",
+                "A new sample can arrive between the reads of the low and the high byte: some values are wrong by 256 LSB.",
                 "With BDU = 1 the sensor keeps a value until both bytes have been read.",
             ),
             fatal=False,

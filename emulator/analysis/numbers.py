@@ -184,7 +184,7 @@ def _of_vector(group: Group, rows: Sequence[_Row]) -> Iterator[Change]:
             f"{name} is always 0",
             (
                 f"The {sensor} measures other values: check that it is switched on and read.",
-                "Check that the printed variable is the one that is written."
+                "Check that the program writes the values to the variable that it prints."
                 + (" Check divisions: in C 950 / 1000 is 0; ACC is in mg." if group is ACC else ""),
             ),
         )
@@ -192,7 +192,7 @@ def _of_vector(group: Group, rows: Sequence[_Row]) -> Iterator[Change]:
     if group is ACC and all(abs(value) <= _FEW_G for row in rows for value in row.values):
         yield Change(
             lambda values, truth: max(map(_from_whole_g, values, truth)),
-            "ACC is cut to whole g",
+            "ACC is truncated to whole g",
             ("In C 950 / 1000 is 0; ACC is in mg, as returned by ReadSensorRawData().",),
         )
     yield from _signed_axes(name)
@@ -200,7 +200,7 @@ def _of_vector(group: Group, rows: Sequence[_Row]) -> Iterator[Change]:
     if factor is not None:
         yield Change(
             lambda values, truth: _plain(values, [one.scaled(factor) for one in truth]) / max(factor, 1.0),
-            f"{name} is {factor:.3g} times the truth",
+            f"{name} is {factor:.3g} times the true value",
             ("Check the factor between the raw value and the unit.",),
             factor,
         )
@@ -210,7 +210,7 @@ def _of_vector(group: Group, rows: Sequence[_Row]) -> Iterator[Change]:
             min(one.distance(value), one.distance(value - raw_wrap))
             for value, one in zip(values, truth, strict=True)
         ),
-        f"{name} is {raw_wrap:.0f} {group.unit} too large if it is negative",
+        f"{name} is {raw_wrap:.0f} {group.unit} too large if the true value is negative",
         (
             "The sensor's values are signed 16 bits: (int16_t)(low | high << 8).",
             "As uint16_t, or as int without the cast, -1 becomes 65535.",
@@ -235,11 +235,11 @@ def _of_vector(group: Group, rows: Sequence[_Row]) -> Iterator[Change]:
         lambda values, truth: max(
             _of_swapped(value, one, group) for value, one in zip(values, truth, strict=True)
         ),
-        f"{name} has the true high byte as its low byte",
+        f"{name} has the high byte of the true value as its low byte",
         (
-            "The sensors give the low byte first: (int16_t)(bytes[0] | bytes[1] << 8).",
+            "The sensors send the low byte first: (int16_t)(bytes[0] | bytes[1] << 8).",
             (
-                "Or bytes are read at an offset of one: from an odd register, or from a struct with "
+                "Or the address of the read bytes is wrong by one: an odd register, or a struct with "
                 "padding before an int16_t."
             ),
         ),
@@ -283,7 +283,9 @@ def _signed_axes(name: str) -> Iterator[Change]:
         yield Change(
             _rearranged(order, signs),
             f"{name} has {axes_in_words(order, signs)}",
-            ("The board has X right, Y forward, Z up: X = -raw.Y, Y = raw.X, Z = raw.Z of the sensors.",),
+            (
+                "The board's axes are X right, Y forward, Z up: X = -raw.Y, Y = raw.X, Z = raw.Z of the sensors.",
+            ),
         )
 
 
@@ -338,7 +340,7 @@ def _of_tilt() -> Iterator[Change]:
         yield Change(
             _rearranged((0, 1), (pitch, roll)),
             f"{what} negated",
-            (f"Check the signs: {_LOOK_TILT}", "Or axes of ACC are negated."),
+            (f"Check the signs: {_LOOK_TILT}", "Otherwise, axes of ACC may be negated."),
         )
     yield Change(
         lambda values, truth: _plain((values[1], values[0]), truth),
@@ -354,7 +356,7 @@ def _of_tilt() -> Iterator[Change]:
             _scaled(factor),
             f"Pitch and Roll are {what}",
             (
-                "Likely the conversion: atan2 returns radians; multiply by 180 / pi once, after sines and cosines.",
+                "Likely the conversion is wrong: atan2 returns radians; multiply once by 180 / pi, after sin() and cos().",
             ),
             factor,
         )
@@ -366,7 +368,7 @@ def _of_yaw() -> Iterator[Change]:
         (1, 90, "90 degrees too large"),
         (1, -90, "90 degrees too small"),
         (1, 180, "turned by 180 degrees"),
-        (-1, 90, "90 degrees minus the truth, likely by atan2's arguments exchanged"),
+        (-1, 90, "90 degrees minus the true yaw, likely because atan2's arguments are exchanged"),
     )
     for sign, offset, what in ways:
         yield Change(
@@ -388,8 +390,8 @@ def _of_pressure(rows: Sequence[_Row]) -> Iterator[Change]:
     if factor is not None:
         yield Change(
             _scaled(factor),
-            f"Pre is {factor:.4g} times the truth",
-            ("The raw value is 4096 to a hPa, and a hPa is 100 Pa.",),
+            f"Pre is {factor:.4g} times the true value",
+            ("The raw value is 4096 for 1 hPa, and 1 hPa is 100 Pa.",),
         )
 
 
@@ -401,7 +403,7 @@ def _of_altitude(rows: Sequence[_Row]) -> Iterator[Change]:
             "Altitude is always 0",
             (
                 "Likely an integer division: 1 / 5 is 0 in C, and pow(x, 0) is 1. Write 1 / 5.257.",
-                "Or the pressure of the floor is read again for each altitude: read it once, at the start.",
+                "Or the pressure at the floor is read again for each altitude: read it once, at the start.",
             ),
         )
     elif first < -20_000:
@@ -410,12 +412,12 @@ def _of_altitude(rows: Sequence[_Row]) -> Iterator[Change]:
             "Altitude fits the formula with a pressure of 0 at the floor",
             (
                 "Likely the pressure at the floor is 0: the LPS22HB was read before its first sample.",
-                "Wait for P_DA in its STATUS register (27h), as LPS22HB_WaitForData() does, then read it.",
+                "Wait for P_DA in its STATUS register (27h), as LPS22HB_WaitForData() does, then read the pressure.",
             ),
         )
     yield Change(
         lambda values, truth: truth[0].scaled(-1).distance(values[0]),
         "Altitude is negated",
-        ("The ratio is P0 / P: the floor's pressure divided by the measured one.",),
+        ("The ratio is P0 / P: the pressure at the floor divided by the measured pressure.",),
         -1.0,
     )

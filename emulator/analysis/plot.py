@@ -46,7 +46,7 @@ def draw(record: Mapping[str, Any], picture: Path) -> None:
         problem = "the record is damaged; write it again: fcu run --json FILE"
         raise InputError(problem, kind="damaged") from error
     if not panels:
-        problem = "cannot draw this run: its lines have no known numbers"
+        problem = "cannot draw this run: its lines contain no known numbers"
         raise InputError(problem, kind="nothing_to_draw")
     settings: Any = {
         "svg.hashsalt": "fcu",
@@ -136,7 +136,7 @@ def _signs() -> list[Any]:
     bar = {"marker": "|", "markersize": 10, "markeredgewidth": _BAR["linewidth"]}
     return [
         Line2D([], [], color="black", **_PRINTED, label="printed"),
-        Line2D([], [], color="black", **_TRUTH, **bar, label="truth, a bar for the time before a print"),
+        Line2D([], [], color="black", **_TRUTH, **bar, label="true value (bar: its range before the print)"),
     ]
 
 

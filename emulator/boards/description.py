@@ -240,7 +240,7 @@ class BoardErrors(PartErrors):
         "factor by which steel strengthens the field along X, Y, Z", "%", 9.0, _CALIBRATIONS
     )
     soft_iron_across_percent: Vec3 = drawn_by_axis(
-        "coupling between X and Y, X and Z, Y and Z, as a part of the field", "%", 6.0, _CALIBRATIONS
+        "coupling between X and Y, X and Z, Y and Z, as a fraction of the field", "%", 6.0, _CALIBRATIONS
     )
 
     hsi_percent: float = drawn(
@@ -249,11 +249,16 @@ class BoardErrors(PartErrors):
     hse_ppm: float = fixed("frequency error of the quartz", "ppm", 0.0, "not documented", (-1000.0, 1000.0))
 
     heating_degc: float = strength(
-        "temperature of the board above the air", "degC", 5.0, "its size and supply current"
+        "temperature difference between the board and the air",
+        "degC",
+        5.0,
+        "the board's size and supply current",
     )
-    thermal_s: float = strength("time constant of its warming", "s", 200.0, "its size and thickness")
+    thermal_s: float = strength(
+        "time constant of the board's warming", "s", 200.0, "the board's size and thickness"
+    )
     pressure_wander_hpa: float = strength(
-        "RMS of the pressure's wandering in its room",
+        "RMS of the slow pressure changes in the room",
         "hPa",
         0.02,
         "an assumption, with a measured spectrum",

@@ -57,7 +57,7 @@ FCU001V1 = BoardDescription(
             "lab3",
             "I2C2",
             {"LSM6DSL": 0x6B, "LIS2MDL": 0x1E, "LPS22HB": 0x5D},
-            "the lab as the slides draw it: all sensors on I2C2, SCL PB10, SDA PB3",
+            "the wiring on the lab's slides: all sensors on I2C2, SCL PB10, SDA PB3",
             symbols=("hi2c2",),
         ),
         Wiring(

@@ -56,8 +56,8 @@ _WHY: Final = {
     Stop.NO_COPROCESSOR: "used a coprocessor that this chip does not have",
     Stop.UNALIGNED: "made an unaligned access",
     Stop.DIVIDE_BY_ZERO: "divided by zero",
-    Stop.FETCH: "executed an address without memory",
-    Stop.EXECUTE_NEVER: "executed an address without code, likely through a function pointer that is not set",
+    Stop.FETCH: "executed code at an address without memory",
+    Stop.EXECUTE_NEVER: "jumped to an address without code, likely through a function pointer that is not set",
     Stop.READ: "read an address without memory",
     Stop.WRITE: "wrote to an address that cannot be written",
 }
@@ -135,7 +135,7 @@ class Frame:
             target = Array(Integer(1, signed=False), len(argument))
         if target is None:
             raise InputError(
-                f"{name} must be an address or bytes, because its type has no known target",
+                f"{name!r} must be an address or bytes, because its type has no known target",
                 kind="unknown_size",
             )
         if isinstance(argument, list | tuple) and not _is_one(target, argument):
@@ -415,7 +415,11 @@ def find_function(image: FirmwareImage, name: str, arguments: Sequence[Any]) -> 
         )
     if len(arguments) != len(signature.parameters):
         names = ", ".join(parameter.name or "?" for parameter in signature.parameters)
-        takes = f"{len(signature.parameters)} arguments ({names})" if names else "no arguments"
+        takes = (
+            f"{len(signature.parameters)} argument{'s' * (len(signature.parameters) > 1)} ({names})"
+            if names
+            else "no arguments"
+        )
         raise InputError(f"{name}() takes {takes}; {len(arguments)} given", kind="argument_count")
     return address, signature
 

@@ -70,7 +70,7 @@ def build_project(folder: Path, command: str = "build") -> str:
     InputError.
     """
     if not (folder / "Makefile").exists():
-        raise InputError(f"{folder} must be a project of `fcu new`, with a Makefile")
+        raise InputError(f"the folder {folder} must be a project of `fcu new`, with a Makefile")
     try:
         return _Build(folder).run()
     except BuildError as error:

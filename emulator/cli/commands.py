@@ -36,7 +36,7 @@ def run(options: RunOptions) -> ExitCode:
     """Run FIRMWARE on the virtual board.
 
     FIRMWARE is lab3 or template (in Python), solution or template-arm (in C, for the chip), or your own ELF,
-    HEX or BIN file. The terminal's text goes to stdout, all else to stderr. Ctrl-C ends the run.
+    HEX or BIN file. The terminal's text goes to stdout, all other output to stderr. Ctrl-C ends the run.
     """
     from fcu_emulator.emulator.cli.isolated import in_worker, limits_of_run
 
@@ -94,9 +94,10 @@ def terminal(where: str | None, board: str | None) -> ExitCode:
 def move(options: MoveOptions) -> None:
     """Move the running board: fcu move --roll 30 --for 1s, fcu move lift 2, fcu move tap.
 
-    The gestures have the same names in scenarios; flat lays the board on the floor. AMOUNT is in metres for lift
-    and pass_magnet (distance of the magnet), in g for tap and shake, and in turns for figure_eight. --north,
-    --east and --up push the board straight. Without a move, the command prints the board's attitude.
+    The gestures have the same names in scenarios; the gesture flat lays the board on the floor. AMOUNT is in
+    metres for lift and pass_magnet (distance of the magnet), in g for tap and shake, and in turns for
+    figure_eight. --north, --east and --up push the board straight. Without a move, the command prints the
+    board's attitude.
     """
     from fcu_emulator.emulator.cli.move import move as move_board
 
@@ -165,7 +166,7 @@ def web(options: WebOptions) -> ExitCode:
     show_default=True,
     help="Bus of the sensors: I2C2 in the lab, SPI2 on the real board.",
 )
-@click.option("--rubric", metavar="NAME|FILE", help="Rubric of this project. Default: LAB3's.")
+@click.option("--rubric", metavar="NAME|FILE", help="Rubric of this project. Default: the rubric of LAB3.")
 def new(directory: Path, bus: str, rubric: str | None) -> None:
     """Start a LAB3 program in C in the new folder DIR."""
     from fcu_emulator.emulator.cli.new import create_project
@@ -263,7 +264,7 @@ def rubric_schema() -> None:
 @click.argument("part", required=False)
 @click.option("--fidelity", is_flag=True, help="Show instead how completely each part is modelled.")
 def registers(part: str | None, fidelity: bool) -> None:
-    """Print the register map of PART: a sensor (LSM6DSL) or a peripheral of the chip (TIM9), with meanings."""
+    """Print the register map of PART: a sensor (LSM6DSL) or a peripheral of the chip (TIM9), with its fields."""
     from fcu_emulator.emulator.cli.listings import print_fidelity, print_registers
 
     if fidelity:

@@ -24,7 +24,7 @@ _PACKAGES = (
     *("websockets", "hypothesis"),
 )
 _OPTIONAL_PACKAGES = {
-    "PyYAML": ("yaml", "for fcu grade with downloads of Gradescope"),
+    "PyYAML": ("yaml", "for fcu grade with downloads from Gradescope"),
     "distributed": ("distributed", "for fcu grade --dask on a cluster"),
 }
 """Optional packages: name of the module, and purpose."""

@@ -137,7 +137,9 @@ def _earlier(
     except (OSError, ValueError) as error:
         raise InputError(f"cannot read {file}, which --only updates; grade the whole class first") from error
     if whole.rubric_digest != rubric.digest:
-        raise InputError(f"{file} must be of the same rubric; grade the whole class without --only")
+        raise InputError(
+            f"{file}: must be the result of the same rubric; grade the whole class without --only"
+        )
     earlier = {one.id: one for one in whole.submissions}
     ids = [one.student.id for one in submissions if one.student.id.casefold() not in again]
     names = {name: shown[name].id if shown is not None else name for name in ids}
@@ -149,7 +151,7 @@ def _check_known(file: Path | None, ids: Iterable[str], submissions: Sequence[Su
     unknown = set(ids) - {one.student.id.casefold() for one in submissions}
     if unknown:
         names = ", ".join(one_line(name, 40) for name in sorted(unknown)[:3])
-        raise InputError(f"{file}: id must be that of a student of this class, not {names}")
+        raise InputError(f"{file}: 'id' must be the id of a student of this class, not {names}")
 
 
 def _timed(graded: Graded, submission: Submission, options: GradeOptions, rubric: Rubric) -> Graded:
@@ -300,7 +302,9 @@ def _grade_for_gradescope(options: GradeOptions, autograder: Path) -> ExitCode:
     rubric = load_rubric(options.rubric)
     folder = autograder / "submission"
     if not folder.is_dir():
-        raise InputError(f"{folder} must be a folder; use --gradescope only inside Gradescope's autograder")
+        raise InputError(
+            f"the folder {folder} must exist; use --gradescope only inside Gradescope's autograder"
+        )
     submission = Submission(_submitter(autograder / "submission_metadata.json"), folder)
     salt = secret(options.salt) if options.salt is not None else secrets.token_bytes(32)
     with _grader(options, rubric, salt) as grader:

@@ -72,7 +72,7 @@ def _print_part(part: type[Sensor]) -> None:
         if title:
             click.echo(f"\n{title}\n")
         click.echo("\n".join(_lines(bank)))
-    click.echo(f"\ndeviations of a real part: keys of [sensors.{part.NAME.lower()}] in a scenario:\n")
+    click.echo(f"\ndeviations of a real sensor: keys of [sensors.{part.NAME.lower()}] in a scenario:\n")
     click.echo("\n".join(_figure_line(name, figure) for name, figure in part.ERRORS.figures().items()))
 
 

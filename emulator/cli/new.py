@@ -38,7 +38,7 @@ def create_project(directory: Path, bus: str, rubric: str | None = None) -> None
     beside = [] if lab is None else lab.files()
     try:
         if directory.exists() and (not directory.is_dir() or any(directory.iterdir())):
-            raise InputError(f"{directory} must be a new or an empty folder; give another name")
+            raise InputError(f"the folder {directory} must be new or empty; give another name")
         _write(directory, bus, lab)
         if lab is not None:
             _copy_rubric(lab, beside, directory)

@@ -27,7 +27,7 @@ def _wiring() -> Any:
     return option(
         "--wiring",
         renamed_from="--profile",
-        help="Wiring of the sensors: lab3 or fcu001v1. Default: the firmware's.",
+        help="Wiring of the sensors: lab3 or fcu001v1. Default: the wiring for which the firmware was built.",
     )
 
 
@@ -35,7 +35,7 @@ def _seed() -> Any:
     return option(
         "--seed",
         type=int,
-        help="Random seed: selects the board's offsets and noise. Default: the scenario's, or 0.",
+        help="Random seed: selects the board's offsets and noise. Default: the seed of the scenario, or 0.",
     )
 
 
@@ -48,7 +48,7 @@ def _gdb() -> Any:
         "--gdb",
         type=click.IntRange(0, 65535),
         metavar="PORT",
-        help="Serve gdb on this port of 127.0.0.1 (0: any free one).",
+        help="Serve gdb on this port of 127.0.0.1 (0: any free port).",
     )
 
 
@@ -115,7 +115,7 @@ class RunOptions:
         "--crystal",
         type=click.FloatRange(4, 26),
         metavar="MHZ",
-        help="Frequency of the chip's crystal, for a program of another board. Default: the scenario's, else 16.",
+        help="Frequency of the chip's crystal, for a program of another board. Default: as in the scenario, else 16.",
     )
     flash: Path | None = _file(
         "Keep the chip's flash in FILE between runs, except the sectors of the program.", "--flash"
@@ -151,7 +151,7 @@ class MoveOptions:
     )
     amount: float | None = argument(type=float, required=False)
     roll: float | None = option(
-        "--roll", type=float, metavar="DEG", help="Turn to this angle; the other angles stay."
+        "--roll", type=float, metavar="DEG", help="Turn to this angle; the other angles do not change."
     )
     pitch: float | None = option("--pitch", type=float, metavar="DEG")
     yaw: float | None = option("--yaw", type=float, metavar="DEG")
@@ -161,7 +161,9 @@ class MoveOptions:
     east: float | None = option("--east", type=float, metavar="METRES")
     up: float | None = option("--up", type=float, metavar="METRES")
     duration: str | None = option(
-        "--for", metavar="TIME", help="Duration, such as 1s. Default: as long as a hand needs."
+        "--for",
+        metavar="TIME",
+        help="Duration, such as 1s. Default: the usual duration of this motion by hand.",
     )
     axis: str | None = option(
         "--axis", type=click.Choice(["north", "west", "up"]), help="Direction of tap and shake."
@@ -180,7 +182,7 @@ class DiffOptions:
     seed: int | None = _seed()
     ideal: bool = _ideal()
     duration: str | None = option(
-        "--duration", metavar="TIME", help="Virtual time to compare. Default: the scenario's."
+        "--duration", metavar="TIME", help="Virtual time to compare. Default: the duration of the scenario."
     )
     time_tolerance: str = option(
         "--time-tolerance",
@@ -216,12 +218,14 @@ class GradeOptions:
     rubric: str = option("--rubric", required=True, metavar="NAME|FILE", help="The rubric, such as lab3.")
     out: Path | None = option("--out", type=PATH, metavar="DIR", help="Folder for the reports.")
     roster: Path | None = _file("The class: CSV with id, name, email.", "--roster")
-    overrides: Path | None = _file("Your own points: CSV with id, what, points, comment.", "--overrides")
+    overrides: Path | None = _file(
+        "Points that you give by hand: CSV with id, what, points, comment.", "--overrides"
+    )
     deadline: datetime | None = option(
         "--deadline",
         type=click.DateTime(["%Y-%m-%dT%H:%M", "%Y-%m-%d %H:%M", "%Y-%m-%dT%H:%M:%S"]),
         metavar="TIME",
-        help="Report late submissions; such as 2026-11-20T23:59, local time.",
+        help="Due date, to report late submissions; local time, such as 2026-11-20T23:59.",
     )
     only: Path | None = _file("Grade only the students of this CSV again.", "--only")
     salt: Path | None = _file(
@@ -244,7 +248,11 @@ class GradeOptions:
         help="Which files to accept: only source, or only built files. Default: source if there is any, else a built file.",
     )
     bus: str = option(
-        "--bus", type=BUS, default="I2C2", show_default=True, help="The bus for which source is built."
+        "--bus",
+        type=BUS,
+        default="I2C2",
+        show_default=True,
+        help="Bus of the sensors, for programs built from source.",
     )
     build_without_sandbox: bool = option(
         "--build-without-sandbox",
@@ -288,7 +296,7 @@ class WebOptions:
         type=click.IntRange(0, 65535),
         default=0,
         metavar="PORT",
-        help="Port of the page. Default: any free one.",
+        help="Port of the page. Default: any free port.",
     )
     listen: str = option(
         "--listen",
@@ -334,7 +342,7 @@ class CheckOptions:
         "--boards", type=click.IntRange(1, 1000), metavar="N", help="Check on N boards, with a summary."
     )
     rubric: str | None = option(
-        "--rubric", metavar="NAME|FILE", help="The rubric. Default: the project's, else lab3."
+        "--rubric", metavar="NAME|FILE", help="The rubric. Default: the rubric of the project, else lab3."
     )
     jobs: int | None = option(
         "--jobs",

@@ -30,14 +30,14 @@ def _read(record: Path) -> dict[str, Any]:
         raise InputError(f"{record}: {getattr(error, 'strerror', None) or error}") from error
     if len(text) > _LARGEST_RECORD:
         raise InputError(
-            f"{record} must be a file of fcu run --json with at most {_LARGEST_RECORD >> 20} MiB"
+            f"{record}: must be a file of fcu run --json with at most {_LARGEST_RECORD >> 20} MiB"
         )
     try:
         found = json.loads(text)
     except (ValueError, RecursionError) as error:
-        problem = f"{record} must be a file of fcu run --json: {error}"
+        problem = f"{record}: must be a file of fcu run --json: {error}"
         raise InputError(problem, kind="no_json") from error
     if not isinstance(found, dict) or not isinstance(found.get("printed"), list):
-        problem = f"{record} must be the record of a run, written by fcu run --json"
+        problem = f"{record}: must be the record of a run, written by fcu run --json"
         raise InputError(problem, kind="no_record")
     return found

@@ -55,7 +55,7 @@ def _try(file: str, rubric: Rubric) -> None:
     for check, count in given.items():
         _warn(f"{check} gives points to {count} of these {len(tried)} programs")
     click.echo(
-        'In each of these checks, require a check that such programs fail, for example requires = ["'
+        'Let each of these checks require a check that such programs fail, for example requires = ["'
         f'{_failed_by_all(tried) or "1.alarm"}"]; or set its points to 0.\n'
         f"Then run: fcu rubric check {quoted(file)}"
     )

@@ -133,7 +133,7 @@ def _check_files(options: RunOptions) -> None:
         path: Path | None = getattr(options, option)
         if path is not None and path in named:
             raise InputError(
-                f"--{named[path]} and --{option} must not both name {path}; give each its own file"
+                f"--{named[path]} and --{option} must not both name {path}; give two different files"
             )
         if path is not None:
             named[path] = option

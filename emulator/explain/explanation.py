@@ -231,7 +231,7 @@ class _Explainer:
         attitude = f"roll {at.roll_deg:g}, pitch {at.pitch_deg:g} and yaw {at.yaw_deg:g} degrees"
         details = (
             *self._quoted(site),
-            f"The lab has {step} = {text(mistake.formula)}.",
+            f"The lab computes {step} = {text(mistake.formula)}.",
             *(() if is_printed else self._part(mistake, place)),
             (
                 f"At {attitude} the program computes {_number(mistake.actual[pose])} in place of "

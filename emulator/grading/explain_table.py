@@ -100,7 +100,7 @@ class ExplainTable(Table):
         known = set(self.inputs)
         for name, formula in self.formulas.items():
             if name in known or name in FUNCTIONS or name in CONSTANTS:
-                raise ValueError(f"must have each name once, but has {name} twice, or as a function")
+                raise ValueError(f"must define each name once, but {name} is defined twice or is a function")
             _refuse_unknown(name, formula, known)
             known.add(name)
         for changed in self.alternative:

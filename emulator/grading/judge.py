@@ -524,7 +524,7 @@ def _expected(failed: Sequence[ExpectationResult], check: CheckTable) -> str:
     texts = list(dict.fromkeys(one.expected for one in failed))
     if check.partial and len(texts) > 1:
         share = f"{check.points / len(check.expect):g} of {check.points:g} points"
-        return f"{texts[0]}; for {share} also: {'; '.join(texts[1:])}"
+        return f"{texts[0]}; to get {share}: {'; '.join(texts[1:])}"
     if failed and failed[0].fault == "missing":
         return texts[0]  # other expectations about missing lines give no information
     return "; also not met: ".join(texts)

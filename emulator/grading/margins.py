@@ -131,7 +131,7 @@ def _never_tested(conditions: list[_Margin], thresholds: list[_Margin]) -> Itera
         if least is not None and one.most >= least.least:
             yield (
                 f"{one.place} accepts either result within {one.most:g} of {one.quantity} {one.value:g}, but the "
-                f"board rests only {least.least:g} from this value ({least.place}), so the threshold is not "
+                f"board stops only {least.least:g} away from this value ({least.place}), so the threshold is not "
                 f"tested; give the condition a margin below {least.least:g}"
             )
 
@@ -146,9 +146,9 @@ def _unfair(run: str, margins: list[_Margin], scenario: Scenario) -> Iterator[st
         if small:
             size = f"{error:.2g}{unit_text(quantity)}"
             yield (
-                f"in run {run} the {settings.quality} sensors show {quantity} {value:g} up to {size} wrong "
+                f"in run {run} {settings.quality} sensors show {quantity} {value:g} with an error of up to {size} "
                 f"(the largest of {BOARDS} boards), so correct programs can fail with the margin of "
-                f'{", ".join(small)}; give larger margins, or the run sensors = {{ quality = "ideal" }}'
+                f'{", ".join(small)}; give larger margins, or add to the run: sensors = {{ quality = "ideal" }}'
             )
 
 

@@ -217,7 +217,7 @@ def the_running_board(wanted: str | None = None) -> RunningBoard:
         boards = [one for one in boards if str(one.process) == wanted]
         if not boards:
             raise InputError(
-                f"cannot find a running board in process {wanted}; omit --board for a list of the running ones",
+                f"cannot find a running board in process {wanted}; omit --board for a list of the running boards",
                 kind="no_such_process",
             )
     if not boards:

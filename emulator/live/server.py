@@ -100,7 +100,7 @@ class PageServer:
         reason = problem.strerror or problem
         if problem.errno == errno.EADDRNOTAVAIL:
             return LinkError(f"cannot listen on {self._listen_on}: it is not an address of this machine")
-        return LinkError(f"--port {port}: {reason}; give another one, or 0 for any free one")
+        return LinkError(f"--port {port}: {reason}; give another port, or 0 for any free port")
 
     @property
     def url(self) -> str:

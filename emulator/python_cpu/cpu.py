@@ -65,8 +65,8 @@ class PythonCpu:
             self._context.parent = self._caller
         except ValueError as error:
             raise InputError(
-                "firmware in Python cannot continue in another thread than the one in which it first ran; "
-                "run the board there, or use firmware built for the chip",
+                "firmware in Python must run in the thread in which it started; "
+                "run the board in that thread, or use firmware built for the chip",
                 kind="other_thread",
             ) from error
         pause = self._clock.schedule(at_ps, self._pause, last=True)

@@ -178,8 +178,8 @@ class ExpectLedFollows(Windowed):
         more = {
             "never lit": f" and never lit; check its condition for this {quantity}{degrees and ', in degrees'}",
             "never dark": " and never dark again; check that the program switches it off",
-            "inverted": ": lit where it must be dark, and dark where it must be lit",
-            "blinks": " and changes while the board rests",
+            "inverted": ": lit when it must be dark, and dark when it must be lit",
+            "blinks": " and changes while the board does not move",
             "late": f": it follows up to {seconds(late_ps)} late, as if set in main's loop instead of the callback",
             "threshold": f": its threshold is {_threshold_text(self._growing(samples), self.condition)}",
             "other axis": f": it follows {'roll' if quantity == 'pitch' else 'pitch'}",

@@ -123,8 +123,8 @@ def _refuse_disturbed(part: ThresholdSection, scenario: Scenario) -> None:
         if step.number in part.entries or not step.entry.moves & {"attitude", "altitude"}:
             continue
         if step.at_ps < part.end_ps and max(step.end_ps, step.at_ps + 1) > part.begin_ps:
-            rests = f"rests from {seconds(part.begin_ps)} to {seconds(part.end_ps)}"
-            problem = f"{rests}, while {step.name} moves the board; start one of them later"
+            needs = f"needs a motionless board from {seconds(part.begin_ps)} to {seconds(part.end_ps)}"
+            problem = f"{needs}, but {step.name} moves the board; start one of them later"
             raise ScenarioError(scenario.file, f"threshold[{part.number}]", problem, kind="disturbed")
 
 
@@ -282,17 +282,17 @@ def _draw(value: dict[str, Any], pick: Callable[[int], float]) -> Any:
     if len(value.keys() & {"uniform", "one_of"}) != 1 or not value.keys() <= _DRAW_KEYS:
         raise ValueError(f"must be {_DRAW_RIGHT}, not {shown(value)}")
     if not isinstance(value.get("random_sign", False), bool):
-        raise ValueError(f"random_sign must be true or false, not {shown(value['random_sign'])}")
+        raise ValueError(f"'random_sign' must be true or false, not {shown(value['random_sign'])}")
     if "one_of" in value:
         choices = value["one_of"]
         if not isinstance(choices, list) or not choices:
-            raise ValueError(f"one_of must be an array with at least one value, not {shown(choices)}")
+            raise ValueError(f"'one_of' must be an array with at least one value, not {shown(choices)}")
         result = choices[int(pick(0) * len(choices))]
     else:
         result = _between(value["uniform"], pick(0))
     if value.get("random_sign", False):
         if not _is_number(result):
-            raise ValueError("must draw a number, because random_sign is given")
+            raise ValueError("must draw a number, because 'random_sign' is given")
         result = result if pick(1) < 0.5 else -result
     return result
 
@@ -314,7 +314,7 @@ def _between(ends: Any, share: float) -> Any:
 
 def _refuse_order(in_order: bool, ends: Any) -> None:
     if not in_order:
-        raise ValueError(f"uniform must have the smaller value first, not {shown(ends)}")
+        raise ValueError(f"'uniform' must have the smaller value first, not {shown(ends)}")
 
 
 def _is_number(value: Any) -> bool:

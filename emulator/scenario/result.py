@@ -69,7 +69,11 @@ class ExpectationResult:
     @property
     def miss(self) -> ExpectationResult:
         """Return the finding itself, for programs that use the API of the previous release."""
-        warnings.warn("finding.miss is now the finding; leave out .miss", DeprecationWarning, stacklevel=2)
+        warnings.warn(
+            "the attributes of finding.miss are now in finding itself; leave out .miss",
+            DeprecationWarning,
+            stacklevel=2,
+        )
         return self
 
     def __str__(self) -> str:

@@ -373,7 +373,7 @@ def against_truth(field: str, lines: Sequence[PrintedLine], settle_ps: int, wind
     for index in _chosen(len(rows), worst):
         t_s, printed, truth, error, flag = rows[index]
         table.append(f"{t_s:>7.3f} s {printed:>12.3f} {truth:>12.3f} {error:>+12.3f}{flag}")
-    count = "1 print" if len(rows) == 1 else f"{len(rows)} prints"
+    count = "1 printed value" if len(rows) == 1 else f"{len(rows)} printed values"
     first, last, largest = rows[0][3], rows[-1][3], _largest(row[3] for row in rows)
     shown = "" if len(rows) <= _MOST_ROWS else f", {_MOST_ROWS} of them in the table"
     table.append(f"error: first {first:+.3f}, last {last:+.3f}, largest {largest:+.3f}, {count}{shown}")

@@ -63,7 +63,7 @@ def format_difference(wanted: str, line: str) -> str:
     tokens, printed = _TOKEN.findall(wanted), _TOKEN.findall(line[:_LONGEST])
     found = dict.fromkeys(filter(None, map(_token_difference, tokens, printed)))
     if not found and len(tokens) == len(printed):
-        return "the blanks differ" if _squeezed(wanted) == wanted else ""
+        return "the spaces differ" if _squeezed(wanted) == wanted else ""
     if len(printed) < len(tokens) and not found:
         return f'"{tokens[len(printed)]}" is missing at the end'
     if len(printed) > len(tokens) and not found:

@@ -488,7 +488,7 @@ class Send(TimelineAction):
         if (self.text is None) == (self.hex is None):
             raise ValueError('must have either text = "..." or hex = "0d 0a"')
         if self.text is not None and any(ord(character) > 0xFF for character in self.text):
-            raise ValueError("text must have Latin-1 characters only; send other bytes with hex")
+            raise ValueError("'text' must have Latin-1 characters only; send other bytes with 'hex'")
         return self
 
     def act(self, board: BoardView, from_ps: int) -> None:

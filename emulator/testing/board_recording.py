@@ -238,7 +238,7 @@ def by_hand(board: Board, recording: BoardRecording | None, save: Callable[[str]
         words += ["--duration", f"{max(board.now_s, 0.001):.3f}s", "--speed", "max"]
         yield command_line(words)
     if missing:
-        yield f"It lacks: {'; '.join(missing)}."
+        yield f"It does not contain: {'; '.join(missing)}."
 
 
 def _plain(value: Any) -> Any:

@@ -82,7 +82,7 @@ def _pose_table(pose: Pose, expectations: list[Table], gravity: float, field: fl
         }
     return {
         "schema": 1,
-        "question": f"Does the firmware print the right angles at {angles}?",
+        "question": f"Does the firmware print the correct angles at {angles}?",
         "duration": "22s",
         "timeline": [
             {"do": "figure_eight", "at": "2s", "for": "15s"},

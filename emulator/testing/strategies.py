@@ -200,7 +200,7 @@ def _table(timeline: list[dict[str, Any]], expect: Sequence[Mapping[str, Any]]) 
     length_ms = sum(int(entry["for"].removesuffix("ms")) for entry in (start, *timeline))
     table = {
         "schema": 1,
-        "question": "Is the output right while the board moves?",
+        "question": "Is the output correct while the board moves?",
         "duration": f"{length_ms}ms",
         "timeline": [start, *timeline],
         "expect": [dict(one) for one in expect],

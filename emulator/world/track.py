@@ -29,7 +29,7 @@ P = TypeVar("P")
 def not_kept(t_s: float, oldest_s: float) -> InputError:
     """Return the error for a time whose history was dropped."""
     return InputError(
-        f"the state of the world at {t_s:g} s is not kept any more: the oldest time kept is {oldest_s:g} s",
+        f"the state of the world at {t_s:g} s is no longer stored: the oldest stored time is {oldest_s:g} s",
         kind="not_kept",
     )
 

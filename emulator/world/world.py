@@ -371,7 +371,7 @@ class World(Changes):
         if limits.TURNS.check("turns", turns) % 1.0:
             raise InputError(f"turns must be a whole number, not {turns!r}", kind="not_whole")
         if by not in ("field", "hand"):
-            raise InputError(f"by must be field or hand, not {by!r}", kind="choice")
+            raise InputError(f"'by' must be 'field' or 'hand', not {by!r}", kind="choice")
         start, end = self._span(start_s, duration_s)
         first, last = self._rotation_at(start), (end, Held(self._euler_deg_at(start)))
         if by == "hand":

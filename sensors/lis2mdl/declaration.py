@@ -59,11 +59,14 @@ class LIS2MDLErrors(PartErrors):
         "Hoff: added after a set pulse, subtracted after a reset pulse", "mgauss", 120.0, "an assumption"
     )
     cross_axis_percent: Vec3 = drawn_by_axis(
-        "between X and Y, X and Z, Y and Z: part of the field along the other axis", "%", 1.0, "an assumption"
+        "coupling of X and Y, X and Z, Y and Z: fraction of the field along the other axis",
+        "%",
+        1.0,
+        "an assumption",
     )
     odr_percent: float = rate_deviation()
     misalignment_deg: Vec3 = drawn_by_axis(
-        "by how much it is turned on its board about X, Y, Z", "deg", 1.0, "an assumption"
+        "rotation of the sensor on its board about X, Y, Z", "deg", 1.0, "an assumption"
     )
     heating_percent: float = heating_share()
 
@@ -110,6 +113,6 @@ FUNCTIONS = (
     ),
     Function("threshold interrupt and INT/DRDY pin", "AN5069 10, datasheet 8.8 to 8.11"),
     Function("thermometer", "datasheet 8.16"),
-    Function("self-test", "AN5069 figure 4", "one field inside the limits, the same in every part"),
+    Function("self-test", "AN5069 figure 4", "the field is inside the limits, and the same in every part"),
     Function("supply current", "datasheet and AN5069", "averages of the tables, no ramps"),
 )

@@ -30,7 +30,7 @@ class CFG_REG_A(Register, addr=0x60, reset=0x03):
 
     COMP_TEMP_EN = Bits(7, doc="1: temperature compensation on; must be 1 for correct operation")
     REBOOT = Bits(6, doc="1: reload the trimming values, 20 ms; clears itself")
-    SOFT_RST = Bits(5, doc="1: configuration to reset values, 5 us; clears itself")
+    SOFT_RST = Bits(5, doc="1: reset the configuration registers, 5 us; clears itself")
     LP = Bits(4, doc="0 high resolution, 1 low power")
     ODR = Bits(3, 2, doc="rate: 0 10, 1 20, 2 50, 3 100 Hz")
     MD = Bits(1, 0, doc="mode: 0 continuous, 1 single, 2 and 3 idle")
@@ -40,8 +40,8 @@ class CFG_REG_B(Register, addr=0x61):
     """Low-pass filter and offset cancellation."""
 
     OFF_CANC_ONE_SHOT = Bits(4, doc="1: offset cancellation in single mode, with OFF_CANC")
-    INT_on_DataOFF = Bits(3, doc="threshold compared: 0 before, 1 after the hard-iron offset")
-    Set_FREQ = Bits(2, doc="set pulse, OFF_CANC = 0: 0 every 63 samples, 1 leaving idle")
+    INT_on_DataOFF = Bits(3, doc="threshold compared: 0 before, 1 after the hard-iron offset is subtracted")
+    Set_FREQ = Bits(2, doc="set pulse, OFF_CANC = 0: 0 every 63 samples, 1 when leaving idle")
     OFF_CANC = Bits(1, doc="1: offset cancellation on")
     LPF = Bits(0, doc="bandwidth: 0 ODR/2, 1 ODR/4")
 
@@ -59,7 +59,7 @@ class CFG_REG_C(Register, addr=0x62):
 
 
 class INT_CRTL_REG(Register, addr=0x63, reset=0xE0):
-    """Threshold interrupt: axes, polarity, latch, enable (the datasheet's own spelling)."""
+    """Threshold interrupt: axes, polarity, latch, enable (spelt as in the datasheet)."""
 
     XIEN = Bits(7, doc="1: X compared")
     YIEN = Bits(6, doc="1: Y compared")

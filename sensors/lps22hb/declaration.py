@@ -37,10 +37,14 @@ class LPS22HBErrors(PartErrors):
     )
     temperature_bias_degc: float = drawn("offset of the thermometer", "degC", 1.5, _TABLE_3, "typical")
     pressure_relative_hpa: float = drawn(
-        "error at 1100 hPa, minus as much at 800 hPa", "hPa", 0.1, _TABLE_3, "typical"
+        "error at 1100 hPa; at 800 hPa with the opposite sign", "hPa", 0.1, _TABLE_3, "typical"
     )
     pressure_drift_hpa_per_degc: float = drawn(
-        "drift from 25 degC on", "hPa/degC", 0.1 / (_FARTHEST_DEGC - REFERENCE_DEGC), _TABLE_3, "typical"
+        "drift with the temperature, 0 at 25 degC",
+        "hPa/degC",
+        0.1 / (_FARTHEST_DEGC - REFERENCE_DEGC),
+        _TABLE_3,
+        "typical",
     )
     odr_percent: float = rate_deviation()
     heating_percent: float = heating_share()
@@ -62,9 +66,10 @@ FUNCTIONS = (
         "pressure and temperature at a rate",
         "datasheet Table 3",
         "the error is one straight line over pressure and one over temperature; no document has the noise of "
-        "settings other than the quietest, so that it was chosen for sensible heights, 0.012 hPa RMS in low "
-        "current without a filter; the error of the rates is assumed to be as large as the LSM6DSL's; no document "
-        "describes pressures outside 260 to 1260 hPa: the sensor measures as inside, and a note says so",
+        "settings other than the quietest, so the noise was chosen for plausible heights, 0.012 hPa RMS in "
+        "low current without a filter; the error of the rates is assumed to be as large as the LSM6DSL's; no document "
+        "describes pressures outside 260 to 1260 hPa: the sensor measures there as inside this range, and "
+        "a note reports it",
     ),
     Function(
         "one shot",

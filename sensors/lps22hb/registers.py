@@ -11,9 +11,9 @@ class INTERRUPT_CFG(Register, addr=0x0B):
     """Differential pressure interrupt, reference capture."""
 
     AUTORIFP = Bits(7, doc="1: the next pressure becomes REF_P for the interrupt only; clears itself")
-    RESET_ARP = Bits(6, doc="1: ends AUTORIFP; clears itself")
+    RESET_ARP = Bits(6, doc="1: end AUTORIFP; clears itself")
     AUTOZERO = Bits(5, doc="1: the next pressure becomes REF_P, subtracted from the output; clears itself")
-    RESET_AZ = Bits(4, doc="1: ends AUTOZERO and clears REF_P; clears itself")
+    RESET_AZ = Bits(4, doc="1: end AUTOZERO and clear REF_P; clears itself")
     DIFF_EN = Bits(3, doc="1: comparison on")
     LIR = Bits(2, doc="interrupt: 0 follows the comparison, 1 latched until INT_SOURCE is read")
     PLE = Bits(1, doc="1: interrupt below the negative threshold")
@@ -48,7 +48,7 @@ class CTRL_REG2(Register, addr=0x11, reset=0x10):
     STOP_ON_FTH = Bits(5, doc="1: FIFO depth limited to WTM + 1 levels")
     IF_ADD_INC = Bits(4, doc="1: the address advances after each byte of a burst")
     I2C_DIS = Bits(3, doc="1: SPI only")
-    SWRESET = Bits(2, doc="1: control registers to reset values; clears itself")
+    SWRESET = Bits(2, doc="1: reset the control registers; clears itself")
     ONE_SHOT = Bits(0, doc="1: one pressure and temperature sample, only with ODR = 0; clears itself")
 
 
@@ -91,7 +91,7 @@ class RES_CONF(Register, addr=0x1A):
 
 
 class INT_SOURCE(Register, addr=0x25, access="r"):
-    """Boot in progress, and pressure interrupts; reading clears latched ones."""
+    """Boot in progress, and pressure interrupts; a read clears latched interrupts."""
 
     BOOT_STATUS = Bits(7, doc="1: boot in progress")
     IA = Bits(2, doc="any pressure interrupt")
@@ -100,7 +100,7 @@ class INT_SOURCE(Register, addr=0x25, access="r"):
 
 
 class FIFO_STATUS(Register, addr=0x26, access="r"):
-    """FIFO flags and fill."""
+    """FIFO flags and fill level."""
 
     FTH_FIFO = Bits(7, doc="1: watermark reached")
     OVR = Bits(6, doc="1: full, and a sample was overwritten")

@@ -15,8 +15,8 @@ from fcu_emulator.sensors.register import Bits, Register, RegisterMap
 from fcu_emulator.sensors.register_file import NEVER_PS, RegisterFile
 
 BANK_A, BANK_B = 0x80, 0xA0  # as selected by FUNC_CFG_ACCESS
-_RATE = "read at every 0 1st, 1 2nd, 2 4th, 3 8th trigger"
-_IRON = "sign and magnitude, bit 7 the sign; 1/8 per LSB"
+_RATE = "read at: 0 every, 1 every 2nd, 2 every 4th, 3 every 8th trigger"
+_IRON = "sign in bit 7, magnitude in bits 6 to 0; 1/8 per LSB"
 
 
 class BankA:
@@ -229,7 +229,7 @@ class BankB:
         WRIST_TILT_THS = Bits(7, 0, doc="15.625 mg per LSB; the angle is asin(value / 64)")
 
     class A_WRIST_TILT_Mask(Register, addr=0x59, reset=0xC0):
-        """Wrist tilt: axes and directions that count."""
+        """Wrist tilt: axes and directions that are detected."""
 
         WRIST_TILT_MASK_Xpos = Bits(7, doc="1: positive side of X")
         WRIST_TILT_MASK_Xneg = Bits(6, doc="1: negative side of X")

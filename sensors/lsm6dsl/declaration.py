@@ -70,19 +70,19 @@ class LSM6DSLErrors(PartErrors):
     gyro_turn_on_ms: float = fixed("start of the gyroscope's drive", "ms", 35.0, _TABLE_4, (0.0, 1000.0))
     odr_percent: float = rate_deviation()
     misalignment_deg: Vec3 = drawn_by_axis(
-        "by how much it is turned on its board about X, Y, Z", "deg", 1.0, "an assumption"
+        "rotation of the sensor on its board about X, Y, Z", "deg", 1.0, "an assumption"
     )
     acc_bias_instability_ug: float = strength("bias instability", "ug", 40.0, "an assumption")
     gyro_bias_instability_dph: float = strength("bias instability", "deg/h", 3.0, _SISTER)
     acc_cross_axis_percent: Vec3 = drawn_by_axis(
-        "between X and Y, X and Z, Y and Z: part of the acceleration along the other axis",
+        "coupling of X and Y, X and Z, Y and Z: fraction of the acceleration along the other axis",
         "%",
         0.5,
         _SISTER,
         "typical",
     )
     gyro_cross_axis_percent: Vec3 = drawn_by_axis(
-        "between X and Y, X and Z, Y and Z: part of the rate about the other one",
+        "coupling of X and Y, X and Z, Y and Z: fraction of the rate about the other axis",
         "%",
         0.5,
         _SISTER,
@@ -142,7 +142,9 @@ FUNCTIONS = (
         "sensitivity, the datasheet has no figures, so that the figures of the ISM330DHCX are used",
         "non-linearity, for which the datasheet has no figures",
     ),
-    Function("self-test", "AN5040 figures 36 and 37", "one shift inside the limits, the same in every part"),
+    Function(
+        "self-test", "AN5040 figures 36 and 37", "the shift is inside the limits, and the same in every part"
+    ),
     Function(
         "data-ready, DRDY_MASK, BDU, BLE",
         "AN5040 3.9 and 4.3 to 4.5",
@@ -157,7 +159,7 @@ FUNCTIONS = (
     Function(
         "free fall, wake-up, 6D and 4D, tap, activity",
         "AN5040 5",
-        "these functions get whole counts, saturated like the output; the high-pass of SLOPE_FDS has one pole",
+        "these functions receive integer counts, saturated like the output; the high-pass of SLOPE_FDS has one pole",
     ),
     Function(
         "pedometer, significant motion",

@@ -95,7 +95,7 @@ class INT1_CTRL(Register, addr=0x0D):
 class INT2_CTRL(Register, addr=0x0E):
     """Data and FIFO signals on the INT2 pin."""
 
-    INT2_STEP_DELTA = Bits(7, doc="1: steps seen within the delta time")
+    INT2_STEP_DELTA = Bits(7, doc="1: steps detected within the delta time")
     INT2_STEP_COUNT_OV = Bits(6, doc="1: step counter overflow")
     INT2_FULL_FLAG = Bits(5, doc="1: FIFO full")
     INT2_FIFO_OVR = Bits(4, doc="1: FIFO overrun")
@@ -125,7 +125,7 @@ class CTRL2_G(Register, addr=0x11):
 
     ODR_G = Bits(7, 4, doc=f"rate: {_ODR}")
     FS_G = Bits(3, 2, doc="full scale: 0 250, 1 500, 2 1000, 3 2000 dps (8.75, 17.5, 35, 70 mdps/LSB)")
-    FS_125 = Bits(1, doc="1: 125 dps (4.375 mdps/LSB) whatever FS_G says")
+    FS_125 = Bits(1, doc="1: 125 dps (4.375 mdps/LSB), for any FS_G")
 
 
 class CTRL3_C(Register, addr=0x12, reset=0x04):
@@ -138,7 +138,7 @@ class CTRL3_C(Register, addr=0x12, reset=0x04):
     SIM = Bits(3, doc="SPI: 0 4-wire, 1 3-wire")
     IF_INC = Bits(2, doc="1: the address advances after each byte of a burst")
     BLE = Bits(1, doc="byte order of output pairs: 0 low byte first, 1 high byte first")
-    SW_RESET = Bits(0, doc="1: control registers to reset values, 50 us; clears itself")
+    SW_RESET = Bits(0, doc="1: reset the control registers, 50 us; clears itself")
 
 
 class CTRL4_C(Register, addr=0x13):
@@ -172,7 +172,7 @@ class CTRL6_C(Register, addr=0x15):
     TRIG_EN = Bits(7, doc="1: data enable by edge")
     LVL1_EN = Bits(6, doc="1: data enable by level; with TRIG_EN the level gates the FIFO")
     LVL2_EN = Bits(5, doc="1: with LVL1_EN, data enable by latched level")
-    XL_HM_MODE = Bits(4, doc="accelerometer: 0 high performance, 1 low power or normal by rate")
+    XL_HM_MODE = Bits(4, doc="accelerometer: 0 high performance, 1 low power or normal, depending on rate")
     USR_OFF_W = Bits(3, doc="weight of X, Y, Z_OFS_USR: 0 2^-10 g/LSB, 1 2^-6 g/LSB")
     FTYPE = Bits(1, 0, doc="gyroscope LPF1 cutoff at 833 Hz: 0 245, 1 195, 2 155, 3 293 Hz")
 
@@ -180,7 +180,7 @@ class CTRL6_C(Register, addr=0x15):
 class CTRL7_G(Register, addr=0x16):
     """Gyroscope power mode and high-pass filter."""
 
-    G_HM_MODE = Bits(7, doc="gyroscope: 0 high performance, 1 low power or normal by rate")
+    G_HM_MODE = Bits(7, doc="gyroscope: 0 high performance, 1 low power or normal, depending on rate")
     HP_EN_G = Bits(6, doc="1: high-pass filter on, in high performance only")
     HPM_G = Bits(5, 4, doc="high-pass cutoff: 0 16 mHz, 1 65 mHz, 2 260 mHz, 3 1.04 Hz")
     ROUNDING_STATUS = Bits(2, doc="1: burst wraps over the sources, STATUS_REG and FUNC_SRC1")
@@ -232,7 +232,7 @@ class MASTER_CONFIG(Register, addr=0x1A):
 
 
 class WAKE_UP_SRC(Register, addr=0x1B, access="r"):
-    """Free-fall, inactivity and wake-up events; reading clears latched ones."""
+    """Free-fall, inactivity and wake-up events; a read clears latched events."""
 
     FF_IA = Bits(5, doc="free fall")
     SLEEP_STATE_IA = Bits(4, doc="inactive")
@@ -243,7 +243,7 @@ class WAKE_UP_SRC(Register, addr=0x1B, access="r"):
 
 
 class TAP_SRC(Register, addr=0x1C, access="r"):
-    """Tap events; reading clears latched ones."""
+    """Tap events; a read clears latched events."""
 
     TAP_IA = Bits(6, doc="single or double tap")
     SINGLE_TAP = Bits(5, doc="single tap")
@@ -255,7 +255,7 @@ class TAP_SRC(Register, addr=0x1C, access="r"):
 
 
 class D6D_SRC(Register, addr=0x1D, access="r"):
-    """Orientation (6D, 4D) events; reading clears a latched one."""
+    """Orientation (6D, 4D) events; a read clears a latched event."""
 
     DEN_DRDY = Bits(7, doc="data-enable sample ready")
     D6D_IA = Bits(6, doc="orientation has changed")
@@ -286,7 +286,7 @@ class OUT_G(
     access="r",
     names=("OUTX_L_G", "OUTX_H_G", "OUTY_L_G", "OUTY_H_G", "OUTZ_L_G", "OUTZ_H_G"),
 ):
-    """Angular rate X, Y, Z, int16 each, LSB by FS_G: 4.375 to 70 mdps."""
+    """Angular rate X, Y, Z, int16 each; one LSB depends on FS_G: 4.375 to 70 mdps."""
 
 
 class OUT_XL(
@@ -296,7 +296,7 @@ class OUT_XL(
     access="r",
     names=("OUTX_L_XL", "OUTX_H_XL", "OUTY_L_XL", "OUTY_H_XL", "OUTZ_L_XL", "OUTZ_H_XL"),
 ):
-    """Acceleration X, Y, Z, int16 each, LSB by FS_XL: 0.061 to 0.488 mg."""
+    """Acceleration X, Y, Z, int16 each; one LSB depends on FS_XL: 0.061 to 0.488 mg."""
 
 
 class SENSORHUB(
@@ -396,9 +396,9 @@ class SENSORHUB_EXT(
 
 
 class FUNC_SRC1(Register, addr=0x53, access="r"):
-    """Events of the embedded functions; reading clears latched ones."""
+    """Events of the embedded functions; a read clears latched events."""
 
-    STEP_COUNT_DELTA_IA = Bits(7, doc="steps were seen within the delta time")
+    STEP_COUNT_DELTA_IA = Bits(7, doc="steps were detected within the delta time")
     SIGN_MOTION_IA = Bits(6, doc="significant motion")
     TILT_IA = Bits(5, doc="tilt")
     STEP_DETECTED = Bits(4, doc="step")
@@ -415,7 +415,7 @@ class FUNC_SRC2(Register, addr=0x54, access="r"):
     SLAVE2_NACK = Bits(5, doc="slave 2 did not acknowledge")
     SLAVE1_NACK = Bits(4, doc="slave 1 did not acknowledge")
     SLAVE0_NACK = Bits(3, doc="slave 0 did not acknowledge")
-    WRIST_TILT_IA = Bits(0, doc="wrist tilt; reading clears a latched one")
+    WRIST_TILT_IA = Bits(0, doc="wrist tilt; a read clears the latched bit")
 
 
 class WRIST_TILT_IA(Register, addr=0x55, access="r"):
@@ -529,18 +529,18 @@ class OUT_MAG_RAW(
 
 
 class X_OFS_USR(Register, addr=0x73):
-    """User offset X, int8: added to the output, weight by USR_OFF_W."""
+    """User offset X, int8: added to the output with the weight of USR_OFF_W."""
 
     X_OFS_USR = Bits(7, 0, doc="-127 to 127; 2^-10 or 2^-6 g/LSB")
 
 
 class Y_OFS_USR(Register, addr=0x74):
-    """User offset Y, int8: added to the output, weight by USR_OFF_W."""
+    """User offset Y, int8: added to the output with the weight of USR_OFF_W."""
 
     Y_OFS_USR = Bits(7, 0, doc="-127 to 127; 2^-10 or 2^-6 g/LSB")
 
 
 class Z_OFS_USR(Register, addr=0x75):
-    """User offset Z, int8: subtracted from the output, weight by USR_OFF_W."""
+    """User offset Z, int8: subtracted from the output with the weight of USR_OFF_W."""
 
     Z_OFS_USR = Bits(7, 0, doc="-127 to 127; 2^-10 or 2^-6 g/LSB")

@@ -56,7 +56,7 @@ def code(path: Path) -> Iterator[str]:
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(EMULATOR).as_posix())
-def test_shared_code_contains_no_names_of_board(path: Path) -> None:
+def test_shared_code_contains_no_board_names(path: Path) -> None:
     assert sorted({name for text in {*code(path)} - SETTINGS for name in NAMED.findall(text)}) == []
 
 

@@ -253,7 +253,7 @@ def test_import_order_lists_every_package() -> None:
 
 
 @pytest.mark.parametrize("module", [dotted(name) for name in NAMES if name.endswith("__init__.py")])
-def test_package_import_needs_only_modules_of_windows(module: str) -> None:
+def test_package_import_needs_no_posix_modules(module: str) -> None:
     needed = {
         (one, entry.module)
         for one in reached_from(module)
@@ -267,7 +267,7 @@ def test_package_import_needs_only_modules_of_windows(module: str) -> None:
 @pytest.mark.parametrize(
     "module", ["emulator", "emulator.cli", "emulator.cli.run", "emulator.assembly.board", "emulator.scenario"]
 )
-def test_only_board_with_built_firmware_loads_core(module: str) -> None:
+def test_core_is_loaded_only_for_built_firmware(module: str) -> None:
     assert not {one for one in reached_from(module) if one.startswith("emulator.chip.cpu")}
 
 

@@ -29,7 +29,7 @@ def linked() -> None:
     ],
     ids=["lint", "format", "types"],
 )
-def test_tree_is_clean(command: list[str]) -> None:
+def test_repository_passes_linters(command: list[str]) -> None:
     done = subprocess.run(
         [sys.executable, "-m", *command], cwd=ROOT, capture_output=True, text=True, check=False
     )
@@ -41,7 +41,7 @@ def test_tree_is_clean(command: list[str]) -> None:
     [["ruff", "check", "--no-cache", "--config"], ["mypy", "--strict", "--no-incremental", "--config-file"]],
     ids=["lint", "types"],
 )
-def test_recipe_for_sensor_and_board_is_clean(command: list[str], tmp_path: Path) -> None:
+def test_recipe_for_sensor_and_board_passes_linters(command: list[str], tmp_path: Path) -> None:
     """The files of docs/recipes.md are checked with the settings of the project."""
     sources = recipe.sources()
     for name, source in sources.items():
@@ -62,7 +62,7 @@ def test_recipe_for_sensor_and_board_is_clean(command: list[str], tmp_path: Path
 
 
 @pytest.mark.parametrize("platform", ["win32", "darwin"])
-def test_every_call_exists_on_other_systems(platform: str) -> None:
+def test_library_calls_exist_on_other_systems(platform: str) -> None:
     """The type checker knows the contents of the standard library on each system."""
     command = [sys.executable, "-m", "mypy", "--no-incremental", "--platform", platform]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)

@@ -163,7 +163,7 @@ def version_in(folder: Path) -> str:
     return version
 
 
-def test_all_files_state_same_version(copy: Path) -> None:
+def test_all_files_contain_same_version(copy: Path) -> None:
     version = version_in(copy)
 
     assert list(problems(copy)) == list(problems(copy, "refs/heads/main")) == []

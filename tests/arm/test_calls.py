@@ -264,7 +264,7 @@ _SHARED: dict[str, Board] = {}
 
 
 def test_impossible_variable_assignment_is_refused(board: Board) -> None:
-    with pytest.raises(InputError, match=r"acc\.AXIS_Y must be an integer .*, not 2147483648") as caught:
+    with pytest.raises(InputError, match=r"'acc\.AXIS_Y' must be an integer .*, not 2147483648") as caught:
         board.set_variable("acc", (0, 2**31, 0))
     assert caught.value.kind == "out_of_range"
     with pytest.raises(InputError) as caught:

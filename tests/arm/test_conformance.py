@@ -40,7 +40,7 @@ def test_board_computes_same_as_qemu(kernels: Path) -> None:
 
 
 @needs_qemu
-def test_qemu_computes_stored_results(kernels: Path) -> None:
+def test_stored_results_equal_those_of_qemu(kernels: Path) -> None:
     assert parsed(on_qemu(kernels)) == results()
 
 

@@ -30,7 +30,7 @@ def run(body: str) -> CoreBench:
         ("strb", 3, 0x7800_0000, 0xFF00_0000),
     ],
 )
-def test_store_writes_only_its_bytes_of_register(
+def test_store_changes_only_addressed_bytes_of_register(
     instruction: str, offset: int, value: int, mask: int
 ) -> None:
     """RM0368 2.3: peripherals on AHB and APB accept byte, half-word and word accesses."""
@@ -48,7 +48,7 @@ TIM2_ARR, DMA1_S0M0AR = 0x4000_002C, 0x4002_601C
 @pytest.mark.parametrize(
     ("size", "offset"), [("", 0), ("h", 0), ("h", 2), ("b", 0), ("b", 1), ("b", 2), ("b", 3)]
 )
-def test_accesses_of_all_sizes_reach_their_bytes(register: int, size: str, offset: int) -> None:
+def test_accesses_of_all_sizes_reach_addressed_bytes(register: int, size: str, offset: int) -> None:
     """RM0368 2.3; the other bytes keep their values."""
     core = run(
         f"mov32 r0, {register}\n mov32 r1, 0xAABBCCDD\n str r1, [r0]\n mov32 r1, 0x12345678\n"
@@ -73,7 +73,7 @@ def test_accesses_of_all_sizes_reach_their_bytes(register: int, size: str, offse
         ("ldrb", 3, 0x87),
     ],
 )
-def test_load_reads_its_bytes_of_register(instruction: str, offset: int, value: int) -> None:
+def test_load_reads_addressed_bytes_of_register(instruction: str, offset: int, value: int) -> None:
     core = CoreBench(f"reset: mov32 r0, EFFECT+{offset}\n {instruction} r1, [r0]\n log r1\n b .\n")
     core.probe.registers[8] = 0x8765_4320  # one is added by reading
     core.run_us(100)

@@ -114,7 +114,7 @@ class Oracle:
     pulses=st.lists(st.tuples(st.integers(FIRST_US, 1_500), st.integers(0, INPUTS - 1)), max_size=20),
 )
 @settings(max_examples=80, deadline=None)
-def test_nesting_equals_oracle(
+def test_order_of_nested_interrupts_equals_oracle(
     priorities: list[int], passes: list[int], prigroup: int, basepri: int, pulses: list[tuple[int, int]]
 ) -> None:
     """Every handler begins and ends in the same order and at the same times."""

@@ -167,7 +167,7 @@ def run(program: str, skip: bool) -> CoreBench:
 
 
 @pytest.mark.parametrize("name", LOOPS)
-def test_skipping_of_waiting_loop_has_no_effect(name: str) -> None:
+def test_skipping_of_waiting_loop_changes_nothing(name: str) -> None:
     quick, slow = run(LOOPS[name], True), run(LOOPS[name], False)
 
     assert slow.core.skipped == 0
@@ -178,14 +178,14 @@ def test_skipping_of_waiting_loop_has_no_effect(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NEVER_SKIPPED)
-def test_loop_with_effect_is_executed(name: str) -> None:
+def test_loop_with_side_effect_is_executed(name: str) -> None:
     quick, slow = run(NEVER_SKIPPED[name], True), run(NEVER_SKIPPED[name], False)
 
     assert quick.values
     assert state(quick) == state(slow)
 
 
-def test_delay_takes_same_time_in_divided_run() -> None:
+def test_delay_takes_same_time_in_split_run() -> None:
     """A run that stops every 7 ms must find its loop again each time."""
     whole = run(LOOPS["HAL_Delay of 20 ticks, as compiled without optimisation"], True)
     divided = prepared(LOOPS["HAL_Delay of 20 ticks, as compiled without optimisation"])

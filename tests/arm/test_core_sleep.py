@@ -103,7 +103,7 @@ irq1:  log 20
 # -- events ---------------------------------------------------------------------------------------------
 
 
-def test_sev_lets_only_next_wfe_pass() -> None:
+def test_only_first_wfe_after_sev_continues() -> None:
     """B1.5.18: the event register is one bit, and WFE clears it."""
     core = bench("sev\n sev\n wfe\n log 1\n wfe\n log 2\n", {})
     core.run_us(1_000)

@@ -194,7 +194,7 @@ loop:  cmp r1, #0
     cycles=cycles_each,
 )
 @settings(max_examples=60, deadline=None)
-def test_division_of_run_changes_nothing(
+def test_splitting_run_changes_nothing(
     pulses: list[tuple[float, int]], flag_us: float, cuts: list[int], cycles: Fraction
 ) -> None:
     whole, divided = (interrupted_core(pulses, flag_us, cycles=cycles) for _ in range(2))

@@ -216,7 +216,7 @@ def test_store_at_offset_from_null_pointer_is_recorded() -> None:
     assert lost_store(None) == 4096
 
 
-def test_refused_flash_programming_is_not_null_store() -> None:
+def test_refused_flash_programming_is_not_called_null_store() -> None:
     """RM0368 3.6.4: a word with PSIZE 0 (bytes) sets PGPERR. The address is correct, so no pointer is NULL."""
     assert lost_store(control=1) is None
 

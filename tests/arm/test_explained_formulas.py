@@ -86,7 +86,7 @@ def test_wrong_formula_is_named_at_its_line(name: str, optimisation: str, folder
 
 @needs_compiler
 @pytest.mark.parametrize("optimisation", ["O0", "O2"])
-def test_wrong_value_of_several_angles_is_one_mistake(optimisation: str, folder: Path) -> None:
+def test_wrong_input_of_several_angles_is_one_mistake(optimisation: str, folder: Path) -> None:
     change = Change("main.c", "float gx = acc.AXIS_X", "float gx = 2 * acc.AXIS_X")
     found = explained(build(Program("wrong_value", "", (change,)), optimisation, folder))
 

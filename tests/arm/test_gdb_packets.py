@@ -42,7 +42,7 @@ def test_packet_has_format_of_manual() -> None:
 
 
 @given(st.lists(st.binary(max_size=200), max_size=5), st.integers(1, 50))
-def test_packets_are_decoded_however_stream_is_divided(payloads: list[bytes], length: int) -> None:
+def test_packets_are_decoded_from_pieces_of_stream(payloads: list[bytes], length: int) -> None:
     wire = b"+".join(map(frame, payloads))
     framer = Framer()
 

@@ -130,7 +130,7 @@ def test_corrupt_packet_and_lost_answer_are_repeated(bench: Bench) -> None:
     assert client.wait() == b"QC1"
 
 
-def test_too_long_packet_is_error(bench: Bench) -> None:
+def test_too_long_packet_gets_error_answer(bench: Bench) -> None:
     client = bench.connect()
     client.send(b"$" + b"m" * (3 * LONGEST) + b"#00")
 
@@ -210,7 +210,7 @@ def test_firmware_failure_reaches_debugger_or_caller() -> None:
 
 @settings(max_examples=25)
 @given(st.lists(st.one_of(st.binary(max_size=300), st.binary(max_size=50).map(frame)), max_size=8))
-def test_no_data_from_client_breaks_server(pieces: list[bytes]) -> None:
+def test_server_survives_any_data_from_client(pieces: list[bytes]) -> None:
     bench = Bench()
     client = bench.connect()
     client.send(b"".join(pieces))
@@ -250,7 +250,7 @@ def test_python_firmware_cannot_be_debugged() -> None:
     assert caught.value.kind == "no_chip"
 
 
-def test_run_under_debugger_is_unchanged() -> None:
+def test_debugger_does_not_change_run() -> None:
     """The run is the same without a debugger, with a debugger that only continues, and with stops at every callback."""
     end_ps = 1_080 * PS_PER_MS
 

@@ -149,7 +149,7 @@ def test_semihosting_calls_do_not_reach_host(semihosting: str, tmp_path: Path) -
     assert sorted(path.name for path in tmp_path.iterdir()) == ["hostile.bin"]
 
 
-def test_skip_of_loop_reading_register_twice_ends(tmp_path: Path) -> None:
+def test_skipped_loop_with_two_register_reads_ends(tmp_path: Path) -> None:
     """A polled register is read twice in one pass, as LDM does. The loop still ends."""
     source = f"""
     reset: {EVERY_CLOCK_AND_INTERRUPT}
@@ -170,7 +170,7 @@ def test_skip_of_loop_reading_register_twice_ends(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("period", [0, 1, 2])
-def test_fastest_interrupts_do_not_stop_time(period: int, tmp_path: Path) -> None:
+def test_time_advances_despite_fastest_interrupts(period: int, tmp_path: Path) -> None:
     """An update occurs every ``period`` + 1 cycles of 62.5 ns. With 0 the counter is blocked (RM0368 14.3.1)."""
     source = "reset:\n" + EVERY_CLOCK_AND_INTERRUPT + put("TIM9_ARR", period)
     source += put("TIM9_DIER", 1) + put("TIM9_CR1", 1) + "b .\ninterrupt: bx lr"

@@ -187,7 +187,7 @@ def test_lines_equal_those_of_binutils(tmp_path: Path, style: list[str]) -> None
         ("-g0", "-g "),
     ],
 )
-def test_error_about_debug_information_states_compiler_option(
+def test_error_about_debug_information_shows_compiler_option(
     tmp_path: Path, option: str, advice: str, words: Words
 ) -> None:
     image = built(tmp_path, ["-gdwarf-5", "-O2", option])

@@ -215,7 +215,7 @@ def test_yield_does_nothing_and_wfe_stops_run(pair: EnginePair, hint: int, stop:
     assert (pair.native.run(len(it) + 1), pair.native.pc) == (stop, CODE + 2 * len(it) + 2)
 
 
-def test_divided_run_equals_single_run() -> None:
+def test_split_run_equals_single_run() -> None:
     """The program has interrupts, polling, waiting and IT blocks, with one instruction per microsecond."""
 
     def core() -> CoreBench:

@@ -141,7 +141,7 @@ def some_places(random: Random, program: Program) -> frozenset[int]:
 
 
 @pytest.mark.parametrize("first_seed", range(0, SEEDS, EACH))
-def test_divided_run_equals_undivided_run(first_seed: int) -> None:
+def test_split_run_equals_single_run(first_seed: int) -> None:
     for seed in range(first_seed, first_seed + EACH):
         whole = Program(seed).run(at_once(Random(seed)))
         for limits in (one_by_one, in_pieces):

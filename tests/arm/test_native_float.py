@@ -188,6 +188,6 @@ def test_loads_and_stores_equal_unicorn(pair: EnginePair, form: Form) -> None:
 
 
 @pytest.mark.parametrize("form", [ARITHMETIC[0], OTHER[0], *MOVES[-2:], TRANSFERS[0]], ids=str)
-def test_first_use_in_context_equals_unicorn(pair: EnginePair, form: Form) -> None:
+def test_first_floating_point_use_equals_unicorn(pair: EnginePair, form: Form) -> None:
     """FPSCR is initialised from FPDSCR, and CONTROL.FPCA is set (ExecuteFPCheck, B1.4.7)."""
     pair.check(form, first_use, longest_block=1)

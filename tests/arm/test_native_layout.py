@@ -121,7 +121,7 @@ def test_every_mirrored_structure_is_found() -> None:
 
 
 @needs_gcc
-def test_numbers_are_same_in_python_and_c() -> None:
+def test_constants_are_same_in_python_and_c() -> None:
     laws = (
         f"FLASH_BASE == {FLASH} && FLASH_SIZE == {FLASH_SIZE}",
         f"RAM_BASE == {RAM} && RAM_SIZE == {RAM_SIZE}",

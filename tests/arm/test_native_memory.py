@@ -192,7 +192,7 @@ def test_accesses_in_ram_equal_unicorn(pair: EnginePair, form: Form) -> None:
 @pytest.mark.parametrize(
     "access", ["ldmia r1, {r2, r3}", "stmia r1, {r2, r3}", "ldrd r2, r3, [r1]", "strd r2, r3, [r1]"]
 )
-def test_unaligned_multiple_access_is_fault(pair: EnginePair, access: str) -> None:
+def test_unaligned_multiple_access_causes_fault(pair: EnginePair, access: str) -> None:
     """ARMv7-M ARM A3.2.1."""
     engine = engine_at(pair, access, {"r1": RAM + 0x102})
 

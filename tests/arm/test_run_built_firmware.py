@@ -219,7 +219,7 @@ def test_unique_id_differs_from_board_to_board() -> None:
     assert unique_id(first) == unique_id(Board(firmware="template-arm", seed=1))
 
 
-def test_division_of_run_does_not_change_output() -> None:
+def test_splitting_run_does_not_change_output() -> None:
     whole, sliced = (Board(firmware="solution", seed=3) for _ in range(2))
     whole.run_for(1.06)
     for step_ps in (1, 7_000_000_003, 490_000_000_000, 123_456_789, 562_876_543_207):

@@ -241,7 +241,7 @@ def test_first_full_duplex_message_reads_sensor() -> None:
     assert exchange(bench, b"\x8f\0")[1:] == b"\x6a"
 
 
-def test_unread_frame_is_overrun() -> None:
+def test_unread_frame_causes_overrun() -> None:
     """20.3.10: the later frame is lost. Reading DR, then SR, clears OVR."""
     bench = CommBench()
     four_wire(bench)

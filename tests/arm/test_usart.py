@@ -254,7 +254,7 @@ def test_transmitter_without_clock_sends_nothing() -> None:
     assert bench.text == ""
 
 
-def test_long_text_without_pause_arrives_whole() -> None:
+def test_long_text_without_pause_arrives_completely() -> None:
     """The text is longer than the buffer in C."""
     bench = started()
     text = bytes(32 + number % 90 for number in range(1000))

@@ -228,7 +228,7 @@ def test_random_peripheral_accesses_take_bounded_work(data: bytes, tmp_path: Pat
 
 
 @pytest.mark.parametrize("wiring", ["lab3", "fcu001v1"])
-def test_solution_needs_fraction_of_work_limit(wiring: str) -> None:
+def test_solution_needs_small_fraction_of_work_limit(wiring: str) -> None:
     board = Board(firmware="solution", wiring=wiring, scenario="desk")
 
     board.run_for(1.5)

@@ -40,7 +40,7 @@ def running(name: str) -> Chip:
     return chip
 
 
-def test_every_sensor_has_facts_for_these_tests() -> None:
+def test_every_sensor_has_data_for_these_tests() -> None:
     assert set(FACTS) == set(SENSORS)
     assert {channel.part for channel in CHANNELS} == set(SENSORS)
 

@@ -51,7 +51,7 @@ def test_driver_waits_in_virtual_time(bench: Bench) -> None:
 
 @pytest.mark.parametrize("attitude", ATTITUDES)
 @pytest.mark.parametrize("low_power", [False, True])
-def test_field_equals_world(bench: Bench, attitude: Vector, low_power: bool) -> None:
+def test_field_equals_that_of_world(bench: Bench, attitude: Vector, low_power: bool) -> None:
     bench.sensor.low_power = low_power
     bench.board.world.set_attitude(*attitude)
     bench.board.run_for(SETTLED_S)
@@ -85,7 +85,7 @@ def test_data_come_at_rate_set_by_driver(bench: Bench, name: str) -> None:
     assert abs(count - 2 * RATES_HZ[name]) <= 2
 
 
-def test_error_states_which_sensor_does_not_answer(bench: Bench) -> None:
+def test_error_names_sensor_that_does_not_answer(bench: Bench) -> None:
     bench.board.i2c2.inject(I2CFault("absent", address=0x1E))
     with pytest.raises(ValueError, match="No I2C device at address: 0x1e"):
         adafruit_lis2mdl.LIS2MDL(BusioI2C(bench.board.i2c2))

@@ -33,7 +33,7 @@ def sensor(board: Board, request: pytest.FixtureRequest) -> Any:
 
 @pytest.mark.parametrize("hpa", [300.0, 965.2, 1013.25, 1090.017])
 @pytest.mark.parametrize("rate", RATES_HZ)
-def test_pressure_equals_world(board: Board, sensor: Any, rate: int, hpa: float) -> None:
+def test_pressure_equals_that_of_world(board: Board, sensor: Any, rate: int, hpa: float) -> None:
     sensor.data_rate = rate
     board.world.set_pressure(hpa)
     board.run_for(2 * SETTLED_S)
@@ -42,7 +42,7 @@ def test_pressure_equals_world(board: Board, sensor: Any, rate: int, hpa: float)
 
 
 @pytest.mark.parametrize("degc", [-20.0, -0.01, 25.0, 61.37])
-def test_temperature_equals_world(board: Board, sensor: Any, degc: float) -> None:
+def test_temperature_equals_that_of_world(board: Board, sensor: Any, degc: float) -> None:
     board.world.set_temperature(degc)
     board.run_for(SETTLED_S)
     assert sensor.temperature == pytest.approx(degc, abs=DEGC)

@@ -74,7 +74,7 @@ def test_driver_waits_in_virtual_time(bench: Bench) -> None:
 
 @pytest.mark.parametrize("attitude", ATTITUDES)
 @pytest.mark.parametrize("name", ACCEL_MG)
-def test_acceleration_equals_world(bench: Bench, name: str, attitude: Vector) -> None:
+def test_acceleration_equals_that_of_world(bench: Bench, name: str, attitude: Vector) -> None:
     bench.sensor.accelerometer_range = getattr(adafruit_lsm6ds.AccelRange, name)
     bench.board.world.set_attitude(*attitude)
     bench.board.run_for(SETTLED_S)
@@ -95,7 +95,7 @@ def test_acceleration_saturates_at_full_scale(bench: Bench, name: str, full_scal
 
 @pytest.mark.parametrize("axis", ["roll", "pitch", "yaw"])
 @pytest.mark.parametrize("name", GYRO_MDPS)
-def test_angular_rate_equals_world(bench: Bench, name: str, axis: str) -> None:
+def test_angular_rate_equals_that_of_world(bench: Bench, name: str, axis: str) -> None:
     """The board turns at 100 deg/s about each axis in turn; the sign must be correct, too."""
     bench.sensor.gyro_range = getattr(adafruit_lsm6ds.GyroRange, name)
     for to_deg in (-300, 0):
@@ -119,7 +119,7 @@ def test_data_come_at_rate_set_by_driver(bench: Bench, name: str) -> None:
 
 
 @pytest.mark.parametrize("degc", [-20.0, 0.0, 25.0, 61.3])
-def test_temperature_equals_world(bench: Bench, degc: float) -> None:
+def test_temperature_equals_that_of_world(bench: Bench, degc: float) -> None:
     bench.board.world.set_temperature(degc)
     bench.board.run_for(SETTLED_S)
     assert bench.sensor.temperature == pytest.approx(degc, abs=1 / 256)  # T4: 256 LSB/degC

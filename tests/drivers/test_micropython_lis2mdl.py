@@ -26,7 +26,7 @@ def board() -> Iterator[Board]:
 
 @pytest.mark.parametrize("attitude", ATTITUDES)
 @pytest.mark.parametrize("rate", RATES)
-def test_field_equals_world(board: Board, rate: str, attitude: Vector) -> None:
+def test_field_equals_that_of_world(board: Board, rate: str, attitude: Vector) -> None:
     """The driver reads the three axes in one burst, without bit 7 of the sub-address, which this sensor does not need."""
     sensor = lis2mdl.LIS2MDL(MachineI2C(board.i2c2))
     sensor.data_rate = getattr(lis2mdl, rate)

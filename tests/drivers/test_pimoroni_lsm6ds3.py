@@ -34,7 +34,7 @@ def readings(board: Board, mode: str) -> tuple[Vector, Vector]:
 
 @pytest.mark.parametrize("attitude", ATTITUDES)
 @pytest.mark.parametrize("mode", MODES)
-def test_acceleration_equals_world(mode: str, attitude: Vector) -> None:
+def test_acceleration_equals_that_of_world(mode: str, attitude: Vector) -> None:
     board = settled(attitude)
     acceleration, rate = readings(board, mode)
     assert within(acceleration, acceleration_g(board), G_PER_LSB)
@@ -43,7 +43,7 @@ def test_acceleration_equals_world(mode: str, attitude: Vector) -> None:
 
 @pytest.mark.parametrize("axis", ["roll", "pitch", "yaw"])
 @pytest.mark.parametrize("mode", MODES)
-def test_angular_rate_equals_world(mode: str, axis: str) -> None:
+def test_angular_rate_equals_that_of_world(mode: str, axis: str) -> None:
     board = settled()
     board.world.sweep(axis, to_deg=-360, duration_s=3)
     _, rate = readings(board, mode)

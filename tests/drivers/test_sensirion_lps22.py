@@ -37,7 +37,7 @@ def test_whoami_answers_after_50_ms(board: Board) -> None:
 
 
 @pytest.mark.parametrize(("hpa", "degc"), [(300.0, -20.0), (1013.25, 25.0), (1090.017, 61.37)])
-def test_one_shot_values_equal_world(board: Board, hpa: float, degc: float) -> None:
+def test_one_shot_values_equal_those_of_world(board: Board, hpa: float, degc: float) -> None:
     sensor = driver(board)
     board.world.set_temperature(degc)
     board.world.set_pressure(hpa)
@@ -47,7 +47,7 @@ def test_one_shot_values_equal_world(board: Board, hpa: float, degc: float) -> N
 
 
 @pytest.mark.parametrize("code", CODES)
-def test_continuous_values_equal_world(board: Board, code: int) -> None:
+def test_continuous_values_equal_those_of_world(board: Board, code: int) -> None:
     """The driver switches the address increment off and reads single bytes."""
     sensor = driver(board)
     board.world.set_pressure(987.654)

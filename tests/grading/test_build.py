@@ -239,7 +239,7 @@ def test_bus_determines_built_program(builder: Builder) -> None:
         ("darwin", ["gcc-arm-embedded", "xcode-select"]),
     ],
 )
-def test_missing_tools_error_states_what_to_install(
+def test_error_for_missing_tools_shows_install_commands(
     monkeypatch: pytest.MonkeyPatch, system: str, packages: list[str], words: Words
 ) -> None:
     monkeypatch.setenv("PATH", "/nowhere")

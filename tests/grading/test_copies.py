@@ -51,7 +51,7 @@ def test_comments_and_layout_do_not_change_digest(same: bytes) -> None:
         SOURCE + b"int x;",
     ],
 )
-def test_every_other_difference_changes_digest(other: bytes) -> None:
+def test_any_change_of_code_changes_digest(other: bytes) -> None:
     assert digest(main=other) != digest(main=SOURCE)
 
 
@@ -99,7 +99,7 @@ def test_each_copy_lists_other_copies() -> None:
     ]
 
 
-def test_members_of_team_are_not_copies() -> None:
+def test_submissions_of_one_team_are_not_copies() -> None:
     found = with_copies(("together", graded(name, source_digest="s")) for name in ("ada", "bob"))
 
     assert [one.copies for one in found] == ["", ""]

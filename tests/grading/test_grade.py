@@ -312,7 +312,7 @@ def test_killed_worker_leaves_one_submission_unjudged(
     assert again["bob"].points == 1
 
 
-def test_interrupted_grading_resumes(submissions: Path, rubric: Path, tmp_path: Path) -> None:
+def test_interrupted_grading_can_be_resumed(submissions: Path, rubric: Path, tmp_path: Path) -> None:
     found = find_submissions(submissions, None, tmp_path / "s")
     workers = LocalWorkers(1)
     with closing(grader(workers, rubric, tmp_path / "kept").grade(found)) as running:

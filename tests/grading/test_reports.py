@@ -405,7 +405,7 @@ def test_every_printed_value_has_mark_in_picture(
     assert "inf" not in drawn
 
 
-def test_wrap_of_yaw_is_drawn_with_gap() -> None:
+def test_wrap_around_of_yaw_is_drawn_with_gap() -> None:
     yaw = Series(
         name="Yaw", unit="deg", t_s=(1, 2, 3, 4), printed=(170, 179, -179, -170), truth=(170, 179, -179, -170)
     )
@@ -543,7 +543,7 @@ def test_replay_command_needs_seed_and_known_rubric() -> None:
         assert "fcu check" not in student_page(graded(verdict=other), "LAB3")
 
 
-def test_failed_check_shows_wrong_line() -> None:
+def test_failed_check_shows_example_of_wrong_line() -> None:
     found = verdict(check("1.a", printed='"Pitch: 5" at 3 s'))
 
     assert "such as" in Page(student_page(graded(verdict=found), "LAB3")).text

@@ -75,9 +75,7 @@ def test_submission_name_resolves_to_student(tmp_path: Path) -> None:
         ("", ":1"),
     ],
 )
-def test_roster_error_states_file_and_line(
-    data: str | bytes, line: str, tmp_path: Path, words: Words
-) -> None:
+def test_roster_error_shows_file_and_line(data: str | bytes, line: str, tmp_path: Path, words: Words) -> None:
     file = roster(tmp_path, data)
     with pytest.raises(InputError) as refused:
         load_roster(file)

@@ -108,7 +108,7 @@ def test_one_build_in_several_forms_is_one_program(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["ada.c", "ada.elf", "ada.hex", "ada.bin", "ada.ELF"])
-def test_submission_may_be_file(name: str, tmp_path: Path) -> None:
+def test_submission_may_be_single_file(name: str, tmp_path: Path) -> None:
     where = tree(tmp_path / "class", **{name: b"data"})
 
     assert only(where, tmp_path / "s").student.id == "ada"

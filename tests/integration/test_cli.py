@@ -199,7 +199,7 @@ def test_python_m_emulator_runs_fcu() -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="/dev/full is a Linux device")
-def test_full_disk_error_states_trace_file() -> None:
+def test_full_disk_error_shows_trace_file() -> None:
     done = fcu("run", "--duration", "3s", "--trace", "/dev/full", "-q", code=4)
     assert "fcu: trace file /dev/full: No space left on device" in done.stderr.decode()
 

@@ -86,7 +86,7 @@ def test_failed_build_removes_old_program(project: Path, only_gcc: str) -> None:
     assert not (project / "lab3.elf").exists()
 
 
-def test_missing_compiler_error_states_what_to_install(project: Path, tmp_path: Path) -> None:
+def test_error_for_missing_compiler_shows_install_command(project: Path, tmp_path: Path) -> None:
     empty = tmp_path / "empty"
     empty.mkdir()
     done = fcu("build", folder=project, PATH=str(empty), HOME=str(empty))

@@ -56,7 +56,7 @@ def change(file: Path, old: str, new: str) -> None:
     file.write_text(text.replace(old, new), encoding="utf-8")
 
 
-def test_solution_passes() -> None:
+def test_solution_passes_all_checks() -> None:
     done = fcu("check", "solution", *QUICK, "--exercise", "4")
 
     assert done.returncode == 0, done.stderr
@@ -101,7 +101,7 @@ def test_template_gets_next_steps(tmp_path: Path, words: Words) -> None:
     words("check", done.stdout.partition("Exercise 2")[2])
 
 
-def test_next_step_states_function_to_write() -> None:
+def test_next_step_names_function_to_write() -> None:
     done = fcu("check", "template-arm", "--exercise", "3")
 
     assert "\nNext\n  Write eCompass() " in done.stdout

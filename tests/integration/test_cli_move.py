@@ -152,7 +152,7 @@ def test_unsuitable_options_are_refused_in_one_line(given: MoveOptions, words: W
 # -- a board that runs --------------------------------------------------------------------------------------
 
 
-def test_move_turns_board_and_prints_attitude(capsys: pytest.CaptureFixture[str]) -> None:
+def test_move_command_turns_board_and_prints_attitude(capsys: pytest.CaptureFixture[str]) -> None:
     with running(Board(ideal=True)) as board:  # without firmware, which one thread runs
         move(options(pitch=30.0, duration="100ms"))
         move(options("lift", 2.0, duration="200ms"))

@@ -234,7 +234,7 @@ def test_unusable_address_is_refused_in_one_line(where: str, message: str) -> No
     assert "\n" not in str(caught.value)
 
 
-def test_unserved_port_error_shows_run_command() -> None:
+def test_error_for_unserved_port_shows_run_command() -> None:
     with socket.socket() as reserved:
         reserved.bind(("127.0.0.1", 0))
         number = reserved.getsockname()[1]
@@ -342,6 +342,6 @@ class WindowsKeys:
         ("\ud83d", "�x".encode()),  # half a character, and what came after it
     ],
 )
-def test_windows_key_is_sent_as_serial_bytes(pressed: str, sent: bytes) -> None:
+def test_key_pressed_on_windows_is_sent_as_bytes(pressed: str, sent: bytes) -> None:
     keys = WindowsKeys("\x00;", pressed, "x")  # F1 first, which a serial line does not know
     assert key(keys.getwch, keys.kbhit) == sent

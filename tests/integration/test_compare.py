@@ -54,7 +54,7 @@ def changed(**settings: float | str) -> FirmwareFactory:
 # -- what counts as the same --------------------------------------------------------------------------------
 
 
-def test_sign_of_zero_is_not_difference() -> None:
+def test_sign_of_zero_is_not_reported_as_difference() -> None:
     assert compare(run("Pitch: -0.000000 deg\n"), run("Pitch: 0.000000 deg\n")) == []
     assert compare(run("Pitch: -0.000001 deg\n"), run("Pitch: 0.000001 deg\n")) != []
     assert compare(run("a -0 b\n"), run("a 0 b\n")) == []
@@ -184,7 +184,7 @@ def test_line_cut_inside_number_is_compared_partly() -> None:
     assert not compare(begun, other, Rules(tolerance=tolerances([("Pre", 1)])))
 
 
-def test_runs_are_compared_up_to_end_of_shorter() -> None:
+def test_runs_are_compared_until_shorter_run_ends() -> None:
     assert not compare(run("a\n", "b\n", "c\n"), run("a\n", end_ps=PS_PER_S + 1))
 
 
@@ -333,7 +333,7 @@ def test_another_board_of_class_prints_other_numbers(name: str) -> None:
     assert not compare(lab3, other, Rules(tolerance=everything))
 
 
-def test_first_difference_of_wrong_threshold_is_led() -> None:
+def test_wrong_threshold_is_first_visible_at_led() -> None:
     """LED1 is on above 80 degrees of pitch, not 70. Later the scenario tilts the roll, which LED2 shows."""
     duration_ps = load_scenario("led_x").duration_ps
     differences = compare(

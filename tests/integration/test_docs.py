@@ -74,7 +74,7 @@ def test_python_examples_run(source: str, tmp_path: Path, monkeypatch: pytest.Mo
 
 
 @pytest.mark.parametrize("session", blocks("console"))
-def test_console_examples_print_their_output(session: str) -> None:
+def test_console_examples_print_output_shown_on_page(session: str) -> None:
     """The text after ``$ command`` is its output. ``...`` replaces other output, and spaces at line ends do not count."""
     command, _, shown = session.partition("\n")
     assert command.startswith("$ fcu ")
@@ -170,7 +170,7 @@ def test_ci_runs_readmes_test_command() -> None:
     assert commands[1] in text_of(ROOT / ".ci" / "run").splitlines()
 
 
-def test_readme_picture_moves_for_eight_seconds() -> None:
+def test_readme_animation_lasts_eight_seconds() -> None:
     """``python building/picture.py`` creates the picture."""
     file = ROOT / "docs" / "run.webp"
     shown_ms = []
@@ -206,7 +206,7 @@ def test_exercise_scenario_passes_only_for_finished_exercise(scenario: str) -> N
     assert run(Board(firmware="template-arm", scenario=scenario)).passed is done_by_template
 
 
-def test_fragments_form_section_of_changelog() -> None:
+def test_fragments_are_joined_to_section_of_changelog() -> None:
     command = [sys.executable, "-m", "towncrier", "build", "--draft", "--version", "next"]
     section = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
     fragments = list((ROOT / "changes").glob("+*.md"))

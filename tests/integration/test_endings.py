@@ -130,7 +130,7 @@ def test_interrupted_scenario_run_is_not_judged(name: str, folders: list[Path], 
     ids=["check", "diff", "diff isolated", "check isolated"],
 )
 @linux
-def test_command_without_summary_ends_in_one_line(
+def test_interrupted_command_without_summary_prints_one_line(
     name: str, isolated: tuple[str, ...], command: tuple[str, ...], folders: list[Path]
 ) -> None:
     process = started(*command, *isolated)

@@ -220,13 +220,13 @@ def test_same_file_for_two_outputs_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "run"
     done = fcu("run", "--duration", "1s", "--json", file, "--trace", file)
     assert (done.returncode, done.stdout) == (USAGE_ERROR, "")
-    assert done.stderr == f"fcu: --json and --trace must not both name {file}; give each its own file\n"
+    assert done.stderr == f"fcu: --json and --trace must not both name {file}; give two different files\n"
 
 
 @needs_full
 @posix
 @pytest.mark.parametrize("after", [">/dev/full", ">&-", "<&- >&- 2>&-"])
-def test_new_with_lost_output_is_not_judged(tmp_path: Path, after: str) -> None:
+def test_new_command_with_lost_output_exits_with_4(tmp_path: Path, after: str) -> None:
     done = fcu("new", tmp_path / "mylab", after=after)
     assert done.returncode == NOT_JUDGED
     assert "Traceback" not in done.stderr

@@ -64,7 +64,7 @@ READS = 'kind = "reads", from = "1.5s", for = "500ms", min_hz = 799, max_hz = 80
         'kind = "within", name = "Pitch", min = -10, max = 10',
     ],
 )
-def test_solution_passes(tmp_path: Path, expectation: str) -> None:
+def test_solution_passes_all_checks(tmp_path: Path, expectation: str) -> None:
     check = judged(tmp_path, expectation, "solution")
 
     assert (check.outcome, check.actual) == ("passed", "")

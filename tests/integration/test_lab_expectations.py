@@ -106,7 +106,7 @@ def test_nearly_correct_line_has_wrong_format(tmp_path: Path, text: str) -> None
 PASSING = '[[timeline]]\ndo = "rotate_to"\nroll_deg = 60\nat = "2s"\nfor = "1s"\n'
 
 
-def test_findings_state_angle_at_their_time(tmp_path: Path) -> None:
+def test_findings_show_angle_at_their_time(tmp_path: Path) -> None:
     """With the threshold 40, the program is in a motion from 0 to 60 degrees."""
     low = program(
         lit=lambda one: abs(one.roll) > 40, said=lambda one: "ALARM" * (abs(one.roll) > 40), every_ms=3

@@ -333,7 +333,7 @@ def test_chip_peripherals_and_pins_are_shown(browser: Browser, served: Served) -
     assert "LED1" in page.text_content("[data-pin=PB5]")
 
 
-def test_button_at_input_is_pressed_from_pins(browser: Browser) -> None:
+def test_button_of_input_is_pressed_in_pins_tab(browser: Browser) -> None:
     served = Served(Setup(ButtonReader, ideal=True))
     try:
         page = browser.open(served)
@@ -412,7 +412,7 @@ def test_printed_text_is_escaped_in_page(browser: Browser) -> None:
 
 
 @pytest.mark.parametrize("width", [360, 420])
-def test_page_fits_phone(width: int, browser: Browser, served: Served) -> None:
+def test_page_fits_screen_of_phone(width: int, browser: Browser, served: Served) -> None:
     page = browser.open(served)
     page.set_viewport_size({"width": width, "height": 800})
     for pane in ("world", "registers", "bus", "pins", "scenario", "diagnosis"):

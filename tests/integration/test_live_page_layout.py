@@ -113,7 +113,7 @@ def violations(page: Any) -> list[str]:
 @pytest.mark.skipif(not AXE.exists(), reason="axe-core is not installed: cd web && npm ci")
 @pytest.mark.parametrize("width", [360, 1280])
 @pytest.mark.parametrize("theme", ["light", "dark"])
-def test_axe_core_reports_no_violations(
+def test_axe_core_reports_no_accessibility_violations(
     theme: str, width: int, browser: live.Browser, healthy: live.Served, crashed: live.Served
 ) -> None:
     found: dict[str, list[str]] = {}

@@ -125,7 +125,7 @@ class Silent:
 
 
 @pytest.mark.parametrize(("of", "most_s"), [("tick", 1), ("line", 10), ("second", 1)])
-def test_step_without_event_ends_after_its_maximum(of: str, most_s: float) -> None:
+def test_step_without_event_ends_after_longest_step_time(of: str, most_s: float) -> None:
     page = Page(Setup(Silent, ideal=True), [(0.1, messages.Pause())], end_s=100)
     stood_s: list[float] = []
 

@@ -105,7 +105,7 @@ def test_rubric_option_precedes_rubric_of_project(desk: Path) -> None:
     assert done.stdout.startswith("LAB3")
 
 
-def test_new_with_unknown_rubric_creates_no_files(desk: Path) -> None:
+def test_new_command_with_unknown_rubric_creates_no_files(desk: Path) -> None:
     done = fcu(desk, "new", "lab", "--rubric", "ptch.toml")
 
     assert done.returncode == 2
@@ -152,7 +152,9 @@ def test_program_of_project_equals_template(desk: Path) -> None:
 
 
 @pytest.mark.parametrize(("program", "passed", "code"), [("solution", 3, 0), ("template-arm", 0, 1)])
-def test_check_counts_boards_with_all_points(desk: Path, program: str, passed: int, code: int) -> None:
+def test_check_command_counts_boards_with_all_points(
+    desk: Path, program: str, passed: int, code: int
+) -> None:
     done = fcu(desk, "check", program, "--rubric", "pitch.toml", "--boards", "3", "--seed", "5")
 
     assert done.returncode == code, done.stderr
@@ -204,7 +206,7 @@ def test_page_offers_exercises_of_project(desk: Path, rubric: str) -> None:
     assert (exercises[0]["title"], exercises[0]["question"]) == ("Pitch", "Is the pitch printed?")
 
 
-def test_page_beside_wrong_rubric_offers_no_exercise(desk: Path) -> None:
+def test_page_with_wrong_rubric_offers_no_exercise(desk: Path) -> None:
     (desk / "rubric.toml").write_text("schema = 1\n", encoding="utf-8")
 
     assert offered(desk, "template-arm") == []

@@ -186,7 +186,7 @@ def test_printed_command_repeats_test(pytester: pytest.Pytester) -> None:
 
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith((pytester.path / "seen.txt").read_bytes())
-    assert "It lacks: " not in printed
+    assert "It does not contain: " not in printed
 
 
 def test_unrepeatable_actions_are_listed(pytester: pytest.Pytester) -> None:
@@ -209,9 +209,9 @@ def test_unrepeatable_actions_are_listed(pytester: pytest.Pytester) -> None:
     )
     printed = pytester.runpytest_inprocess(*ARGUMENTS).stdout.str()
 
-    missing = next(line for line in printed.splitlines() if line.startswith("It lacks: "))
+    missing = next(line for line in printed.splitlines() if line.startswith("It does not contain: "))
     assert missing == (
-        "It lacks: board.set_variable; board.world.set_gravity; board.i2c2.write_read, 2 times."
+        "It does not contain: board.set_variable; board.world.set_gravity; board.i2c2.write_read, 2 times."
     )
 
 

@@ -53,7 +53,7 @@ def test_template_on_recorded_samples_prints_same_text() -> None:
     assert [edge.text for edge in again.sequences["LED1"]] == ["on", "off", "on"]  # set up, off, toggled
 
 
-def test_different_arithmetic_is_noticed_in_final_digit() -> None:
+def test_difference_in_final_digit_is_found() -> None:
     """mu, the weight of Gx in the slides' roll, has almost no effect on a flat board."""
     board = Board(firmware="lab3", scenario="flat")
     original = observe(board, 3 * PS_PER_S, transfers=True)
@@ -84,7 +84,7 @@ def test_text_beyond_recording_is_omitted() -> None:
     ("printed", "replayed"),
     [("-0.000000", "0.000000"), ("0.000000", "-0.000000"), ("9.999999", "10.000000"), ("1", "1234.000000")],
 )
-def test_width_of_number_does_not_shift_lines(printed: str, replayed: str) -> None:
+def test_longer_number_does_not_delay_later_lines(printed: str, replayed: str) -> None:
     def saying(number: str) -> Callable[[VirtualHal], None]:
         def main(hal: VirtualHal) -> None:
             for _ in range(3):

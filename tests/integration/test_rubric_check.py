@@ -89,7 +89,7 @@ def checked(file: Path, *options: str) -> str:
     return done.stdout
 
 
-def test_programs_without_function_show_free_points(tmp_path: Path) -> None:
+def test_trials_show_points_that_need_no_work(tmp_path: Path) -> None:
     rubric = load_rubric(written(tmp_path, TILT.replace("REQUIRES\n", "")))
     earned = [set(trial.earned) for trial in trials(rubric, "template-arm")]
 
@@ -117,7 +117,7 @@ def test_rubric_check_warns_of_points_given_away(tmp_path: Path, requires: str, 
     assert output.count(" of 5 ") >= 5
 
 
-def test_rubric_check_with_option_file_only_runs_nothing(tmp_path: Path) -> None:
+def test_file_only_option_runs_no_program(tmp_path: Path) -> None:
     output = checked(written(tmp_path, TILT.replace("REQUIRES", "")), "--file-only")
 
     assert "warning" not in output

@@ -80,7 +80,7 @@ def test_boards_with_stopped_program_exit_with_3(level: str, capfd: pytest.Captu
     assert all("instructions" in row for row in rows(capfd.readouterr().out).values())
 
 
-def test_boards_ending_before_scenario_cause_exit_code_4(level: str) -> None:
+def test_boards_that_end_early_cause_exit_code_4(level: str) -> None:
     assert execute(["run", "template-arm", "--scenario", level, "--boards", "2", "--duration", "1s"]) == 4
 
 

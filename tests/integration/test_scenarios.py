@@ -94,7 +94,7 @@ def test_hand_scenario_passes_with_built_program(wiring: str) -> None:
 
 
 @pytest.mark.parametrize("later_ms", range(0, 900, 100))
-def test_hand_scenario_passes_at_any_print_time(tmp_path: Path, later_ms: int) -> None:
+def test_hand_scenario_passes_for_any_start_of_motion(tmp_path: Path, later_ms: int) -> None:
     text = load_scenario("hand").path.read_text(encoding="utf-8")
     assert 'at = "3s"' in text
     later = text.replace('at = "3s"', f'at = "{3000 + later_ms}ms"').replace('"7s"', '"8s"')

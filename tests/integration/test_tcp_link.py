@@ -314,7 +314,7 @@ def test_only_this_machine_can_connect(raw: TcpLink) -> None:
     assert raw._listener.getsockname()[0] == "127.0.0.1"
 
 
-def test_busy_port_error_has_remedy(raw: TcpLink) -> None:
+def test_error_for_busy_port_shows_remedy(raw: TcpLink) -> None:
     with pytest.raises(LinkError, match=rf"^--serial tcp:{raw.port}: .*127\.0\.0\.1") as refused:
         open_link(f"tcp:{raw.port}")
     assert refused.value.kind == "port_not_free"

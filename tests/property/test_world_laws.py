@@ -44,19 +44,19 @@ def world_at(roll: float, pitch: float, yaw: float, inclination: float = 63.4) -
 
 @given(roll=turn, pitch=tilt, yaw=turn)
 @settings(deadline=None)
-def test_lab_pitch_equals_world_in_every_attitude(roll: float, pitch: float, yaw: float) -> None:
+def test_lab_pitch_is_true_pitch_in_every_attitude(roll: float, pitch: float, yaw: float) -> None:
     np.testing.assert_allclose(lab_angles(world_at(roll, pitch, yaw), T0)[0, 0], pitch, atol=1e-9)
 
 
 @given(roll=tilt, yaw=turn)
 @settings(deadline=None)
-def test_lab_roll_equals_world_at_zero_pitch(roll: float, yaw: float) -> None:
+def test_lab_roll_is_true_roll_at_zero_pitch(roll: float, yaw: float) -> None:
     np.testing.assert_allclose(lab_angles(world_at(roll, 0, yaw), T0)[0, 1], roll, atol=1e-9)
 
 
 @given(tilted=tilt, about_roll=st.booleans(), yaw=turn, inclination=inclined)
 @settings(deadline=None)
-def test_lab_yaw_equals_world_at_zero_tilt(
+def test_lab_yaw_is_true_yaw_at_zero_tilt(
     tilted: float, about_roll: bool, yaw: float, inclination: float
 ) -> None:
     roll, pitch = (tilted, 0.0) if about_roll else (0.0, tilted)

@@ -29,7 +29,7 @@ def test_read_of_impossible_burst_is_refused(part: str, address: int, count: int
 
 
 @parts
-def test_refused_burst_is_refused_again(part: str) -> None:
+def test_burst_refused_once_is_refused_every_time(part: str) -> None:
     chip = Chip(part)
     for _ in range(2):
         with pytest.raises(AccessError):

@@ -73,7 +73,7 @@ def test_exchanged_and_negated_axes_are_reported(
 
 
 @given(st.one_of(st.floats(0.05, 0.7), st.floats(1.4, 20)), OFFSETS)
-def test_field_hint_states_factor(factor: float, offset: tuple[float, ...]) -> None:
+def test_field_hint_shows_factor(factor: float, offset: tuple[float, ...]) -> None:
     truth = tumbled(60)
     hint = field_hint(lines(factor * truth + offset, truth))
     assert hint is not None

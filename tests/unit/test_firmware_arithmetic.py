@@ -92,7 +92,7 @@ def test_altitude_equals_hypsometric_formula(press: float, temperature: float) -
     ("press", "zero_level", "expected"),
     [(0.0, 977.4, math.inf), (0.0, 0.0, math.nan), (-1.0, 977.4, math.nan), (977.4, 0.0, -45330.77)],
 )
-def test_altitude_of_absurd_pressures_equals_c(press: float, zero_level: float, expected: float) -> None:
+def test_altitude_of_absurd_pressures_is_same_in_c(press: float, zero_level: float, expected: float) -> None:
     assert getAltitude(press, 21.5, zero_level) == pytest.approx(expected, nan_ok=True)
 
 

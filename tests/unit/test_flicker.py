@@ -30,7 +30,7 @@ def test_flicker_allan_deviation_is_constant_over_time(m: int) -> None:
     assert found == pytest.approx(FLOOR, rel=0.1)
 
 
-def test_independent_program_finds_same_floor() -> None:
+def test_independent_program_finds_same_noise_floor() -> None:
     allantools = pytest.importorskip("allantools")
     found = [
         allantools.oadev(axis, rate=1.0, data_type="freq", taus=[30, 100])[1] for axis in wandering(10_000).T
@@ -50,7 +50,7 @@ def test_value_depends_only_on_its_time(starts: list[int], rate_hz: float) -> No
         np.testing.assert_array_equal(everywhere.block(t_s)[:, 50:60], alone.block(t_s[50:60]))
 
 
-def test_axes_and_boards_wander_independently() -> None:
+def test_flicker_of_axes_and_boards_is_independent() -> None:
     correlation = np.corrcoef(wandering(10_000, seeds=2).T)
     assert (
         np.abs(correlation - np.eye(6)).max() < 0.6

@@ -141,7 +141,7 @@ def test_shortcut_for_slow_signal_is_nearly_exact(rate_hz: float) -> None:
     np.testing.assert_allclose(closely.block(int(numbers[0]), t_s)[:, 2], at_once[:, 2], atol=2e-3)
 
 
-def test_signal_set_at_start_also_applies_earlier() -> None:
+def test_signal_set_at_start_also_applies_before_start() -> None:
     """The first attitude of a scenario is not a jump: the first sample equals all other samples."""
     world = World()
     world.set_attitude(0, -30, 0)

@@ -122,7 +122,7 @@ def test_wait_for_frame_depends_on_changes_and_clients(sent: Sent) -> None:
 
 
 @pytest.mark.parametrize("kind", [messages.BusEvent, messages.Pins])
-def test_bus_and_pins_come_every_100_ms(sent: Sent, kind: type[SessionEvent]) -> None:
+def test_bus_and_pins_are_sent_every_100_ms(sent: Sent, kind: type[SessionEvent]) -> None:
     sent.clients[PAGE] = Watch(bus=True, pins=True)
     sent.pass_ms(1050)
 

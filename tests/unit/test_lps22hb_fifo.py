@@ -136,7 +136,7 @@ def test_watermark_flag_follows_fill() -> None:
 
 
 @pytest.mark.parametrize("mode", [STREAM, DYNAMIC_STREAM])
-def test_stream_overwrites_oldest(mode: int) -> None:
+def test_stream_mode_overwrites_oldest_samples(mode: int) -> None:
     chip = after(collecting(mode), 32)
     assert chip.byte(FIFO_STATUS) == 32
     assert after(chip, 8).byte(FIFO_STATUS) == OVR | 32

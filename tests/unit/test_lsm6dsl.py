@@ -276,7 +276,7 @@ def test_rate_of_temperature_equals_application_note(writes: Writes, rate_hz: fl
     assert seen == 4 * rate_hz
 
 
-def test_low_power_code_11_is_1_6_hz() -> None:
+def test_low_power_code_11_selects_1_6_hz() -> None:
     """Datasheet T52."""
     chip = Chip("LSM6DSL")
     chip.configure(((CTRL6_C, 0x10), (CTRL1_XL, 0xB0)))

@@ -151,7 +151,7 @@ def test_high_bytes_alone_share_one_set() -> None:
     assert bench.read(FIFO_DATA_OUT, 6) == bytes(byte for pair in pairs for byte in pair)
 
 
-def test_timestamp_and_steps_are_fourth_set() -> None:
+def test_timestamp_and_steps_are_fourth_data_set() -> None:
     """AN5040 Table 73: TS[15:8], TS[23:16], unused, TS[7:0], steps[7:0], steps[15:8]."""
     bench = bench_of(BYPASS, dec=(0, 0, 0, 1), ctrl2=TIMER_PEDO_FIFO_EN)
     bench.write(0x5C, 0x10)
@@ -166,14 +166,14 @@ def test_timestamp_and_steps_are_fourth_set() -> None:
     assert bench.read(FIFO_DATA_OUT, 6) == expected
 
 
-def test_temperature_is_fourth_set() -> None:
+def test_temperature_is_fourth_data_set() -> None:
     bench = bench_of(CONTINUOUS, dec=(0, 0, 0, 1), ctrl2=FIFO_TEMP_EN)
     bench.wait(3 * PERIOD_PS)
 
     assert bench.words(9)[6:] == [0, sample_word(TEMPERATURE, 1 / 52, 0), 0]
 
 
-def test_hub_outputs_are_third_and_fourth_set() -> None:
+def test_hub_outputs_are_third_and_fourth_data_set() -> None:
     bench = bench_of(CONTINUOUS, dec=(0, 0, 1, 1))
     bench.registers.mem[0x2E:0x3A] = bytes(range(1, 13))
     bench.wait(PERIOD_PS)

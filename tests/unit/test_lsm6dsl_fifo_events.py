@@ -238,7 +238,7 @@ def test_impossible_setting_is_noted_once(writes: tuple[tuple[int, int], ...], w
 
 
 @pytest.mark.parametrize("mode", [2, 5, 7])
-def test_reserved_mode_is_bypass(mode: int) -> None:
+def test_reserved_mode_acts_as_bypass(mode: int) -> None:
     chip = fifo_of(mode)
     samples(chip, 10)
 

@@ -52,7 +52,7 @@ def test_power_is_half_at_bandwidth(ctrl1: int, ctrl8: int, bandwidth: float) ->
 
 
 @pytest.mark.parametrize("ctrl8", [0x00, 0x08])
-def test_samples_without_filter_equal_world(ctrl8: int) -> None:
+def test_samples_without_filter_equal_those_of_world(ctrl8: int) -> None:
     """Samples can only show up to ODR/2. INPUT_COMPOSITE has no effect without a filter."""
     found = measured(XL_416, ((CTRL8_XL, ctrl8), (CTRL1_XL, 0x60)), 150.0, skip=0)
     assert found == pytest.approx(1.0, abs=1e-4)

@@ -84,7 +84,7 @@ def warnings(folder: Path, text: str, sensors: str, margin: str, rest: str = "1"
         ("0.9", "1", False),
     ],
 )
-def test_margin_that_reaches_resting_position_causes_warning(
+def test_margin_that_includes_stop_of_board_causes_warning(
     tmp_path: Path, margin: str, rest: str, warned: bool
 ) -> None:
     found = warnings(tmp_path, ALARM, IDEAL, margin, rest)

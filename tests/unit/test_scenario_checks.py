@@ -306,14 +306,14 @@ def test_report_compares_printed_values_with_truth(tmp_path: Path, words: Words)
 def test_report_covers_part_of_run(tmp_path: Path, words: Words) -> None:
     report = "[[report]]\nfield = 'Pitch'\nagainst = 'truth'\nfrom = '{}'\n"
     result = play(tmp_path, f"{IDEAL}{report.format('1.5s')}")
-    assert result.reports[-1].endswith(" 1 print")
+    assert result.reports[-1].endswith(" 1 printed value")
     words("scenario", f"{result.reports[0]}\n{result.reports[-1]}")
     with pytest.raises(ScenarioError, match="60 s") as refused:
         play(tmp_path, f"{IDEAL}{report.format('60s')}")
     assert (refused.value.key, refused.value.kind) == ("report[0].from", "after_end")
 
 
-def test_report_and_expectation_state_their_truth(tmp_path: Path, words: Words) -> None:
+def test_report_and_expectation_show_true_value(tmp_path: Path, words: Words) -> None:
     """The board sweeps at 20 degrees a second: printed values are a little old, and one print has two errors."""
     turn = "[[timeline]]\ndo = 'sweep'\naxis = 'pitch'\nto_deg = 30\nat = '1s'\nfor = '1.5s'\n"
     field = "[[expect]]\nkind = 'field'\nname = 'Pitch'\ntruth = true\ntolerance = 0.0001\n"

@@ -328,6 +328,6 @@ def test_worst_sensors_have_errors_of_either_sign(part: type[Any]) -> None:
 
 
 @parts
-def test_unknown_grade_error_lists_known_grades(part: type[Any]) -> None:
+def test_unknown_quality_error_lists_known_qualities(part: type[Any]) -> None:
     with pytest.raises(ValueError, match=f"perfect.*{', '.join(QUALITIES)}"):
         part.of_quality("perfect", 0)

@@ -111,7 +111,7 @@ def test_i2c_disable_silences_i2c(address: int, disable: bytes) -> None:
         board.i2c2.bus.read_from(address, 0x0F, 1)
 
 
-def test_unknown_chip_select_is_refused_with_known_ones(words: Words) -> None:
+def test_error_for_unknown_chip_select_lists_known_ones(words: Words) -> None:
     with pytest.raises(InputError, match="PA8, PB12, PC13") as refused:
         Board(wiring="fcu001v1").spi2.write("PA4", b"\x00")
     assert refused.value.kind == "unknown_chip_select"

@@ -117,7 +117,7 @@ def test_pressure_wander_changes_no_other_signal() -> None:
     np.testing.assert_array_equal(world.specific_force_g(t_s), other.specific_force_g(t_s))
 
 
-def test_averages_on_typical_board_wander_within_hour() -> None:
+def test_averages_on_typical_board_change_within_hour() -> None:
     """Averages of 100 s, as altitudes: decimetres in a typical room, 0 on an ideal board."""
     t_s = np.arange(0, 3600, 0.5)
     spread = {

@@ -77,7 +77,7 @@ def test_turntable_gives_centripetal_acceleration() -> None:
     np.testing.assert_allclose(world.linear_acceleration_g([0.5]), (2 * np.pi) ** 2 * 0.1 / G)
 
 
-def test_board_bent_up_about_wrist_rises() -> None:
+def test_board_turned_up_about_wrist_rises() -> None:
     world = World()
     world.take_in_hand((0, -0.1, 0), tremor_mg=0)
     before_hpa = world.pressure_hpa([0.0])
@@ -201,13 +201,13 @@ def test_figure_of_eight_by_hand_finds_hard_iron(yaw: int) -> None:
     assert np.abs(world.angular_rate_dps(np.linspace(0, 12, 2401))).max() < 500  # what a hand can do
 
 
-def test_figure_of_eight_by_unknown_actor_is_refused() -> None:
+def test_figure_of_eight_with_unknown_by_is_refused() -> None:
     with pytest.raises(InputError, match="'foot'") as refused:
         World().figure_eight(4, by="foot")  # type: ignore[arg-type]
     assert refused.value.kind == "choice"
 
 
-def test_observers_see_putting_down_as_one_change() -> None:
+def test_observers_see_one_change_when_hand_releases() -> None:
     """No observer sees the height of a board that is both in the hand and put down."""
     world = held(MOTIONS["none"], 0.0)
     world.rotate_to(60, 40, 0, duration_s=0.5)

@@ -43,7 +43,7 @@ def test_vertical_acceleration_is_second_derivative_of_altitude(name: str) -> No
     assert np.abs(expected).max() > 1
 
 
-def test_lift_ends_at_rest_at_its_target() -> None:
+def test_lift_stops_at_its_target() -> None:
     world = World()
     world.set_altitude(1.0)
     end_s = world.lift(2.5, duration_s=4, start_s=1)
@@ -66,7 +66,7 @@ def test_free_fall_measures_zero_until_catch() -> None:
     np.testing.assert_allclose(world.altitude_m([1.0, 1.5, 2.0]), [2, 2 - fallen, 2 - fallen - braked])
 
 
-def test_free_fall_follows_gravity_that_was_set() -> None:
+def test_free_fall_uses_gravity_that_was_set() -> None:
     world = World()
     world.set_gravity(1.62)
     np.testing.assert_allclose(world.specific_force_g([0.0]), [[0, 0, 1.62 / G]])
@@ -85,7 +85,7 @@ def test_shake_is_cosine_along_its_axis(axis: str, board: int) -> None:
     np.testing.assert_allclose(world.specific_force_g(t) - [0, 0, 1], expected, atol=1e-12)
 
 
-def test_shake_stops_at_rest_after_whole_periods() -> None:
+def test_shake_stops_after_whole_periods() -> None:
     world = World()
     end_s = world.shake("up", amplitude_g=1, frequency_hz=2, duration_s=1.9)
     assert end_s == 1.5

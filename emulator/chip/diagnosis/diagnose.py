@@ -165,7 +165,7 @@ def _unanswered(arm: RunningFirmware, transfers: RecentTransfers) -> Diagnosis |
     details = (
         *cause.sentences,
         f"{count} transfer{'s' * (count > 1)} failed in this way; the program continues without them.",
-        *section("last of them", transfers.texts(these)),
+        *section("last failed transfers", transfers.texts(these)),
     )
     return Diagnosis("bus", cause.short, details, fatal=False)
 
@@ -225,7 +225,7 @@ def _sometimes_slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis | Non
         f"The callback calls {name}() in {places.place(site)}.",
         _WAITING[name],
     )
-    summary = f"{CALLBACK}() occasionally takes longer than a {period} tick"
+    summary = f"{CALLBACK}() occasionally takes longer than the timer's period of {period}"
     return Diagnosis("callback", summary, details, fatal=False)
 
 
@@ -240,7 +240,9 @@ def _slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis:
     period_ps = PS_PER_S / timer.rate_hz
     taken = milliseconds(round(period_ps * timer.ticks / (timer.ticks - timer.lost)))
     name = f"{CALLBACK}()" if places.address_of(CALLBACK) else f"the handler of {timer.name}"
-    summary = f"{name} takes about {taken} of a {milliseconds(round(period_ps))} tick"
+    summary = (
+        f"{name} takes about {taken}, longer than the timer's period of {milliseconds(round(period_ps))}"
+    )
     details = [
         (
             f"{timer.name} runs at {timer.rate_hz:g} Hz; of {timer.ticks} ticks {timer.lost} were lost and "
@@ -256,7 +258,7 @@ def _slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis:
     starved = core.active and core.now_ps - core.thread_ps > _STARVED_PS
     if starved:
         since = f"main() has not run since {at(core.thread_ps)}"
-        details.insert(0, f"{since}: the next tick is due when the callback returns.")
+        details.insert(0, f"{since}: the next tick is already due when the callback returns.")
         summary += ": main() never runs"
     return Diagnosis("callback", summary, tuple(details), fatal=False)
 

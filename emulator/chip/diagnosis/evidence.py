@@ -53,7 +53,7 @@ def absent(signals: BoardSignals, used: str) -> str:
     if other:
         return f"{text}, or run it with wiring {other.name}."
     if used == "I2C1":
-        return f"{text}. ST's Nucleo boards have their sensor shields on I2C1; was the program made for one?"
+        return f"{text}. ST's Nucleo boards have their sensor shields on I2C1; was the program made for such a board?"
     return f"{text}."
 
 
@@ -267,5 +267,5 @@ class PeripheralNotes:
         """Return the first notes as text lines."""
         lines = [f"{at(note.t_ps)}  {note.device} {note.text}" for note in self._notes]
         return lines[:_NOTES_SHOWN] + (
-            [f"and {len(lines) - _NOTES_SHOWN} more"] if len(lines) > _NOTES_SHOWN else []
+            [f"({len(lines) - _NOTES_SHOWN} more not shown)"] if len(lines) > _NOTES_SHOWN else []
         )

@@ -83,7 +83,7 @@ def cause_of(record: FaultRecord, places: Places, code: ReadCode) -> Cause:
         return _of_even_address(record)
     if status & (exceptions.IBUSERR | exceptions.IACCVIOL):
         return Cause(
-            f"execution went to 0x{record.pc:08X}, which has no program",
+            f"execution went to 0x{record.pc:08X}, an address without code",
             ["A function pointer or a return address on the stack was overwritten, or never set."],
         )
     if status & exceptions.UNDEFINSTR:
@@ -224,7 +224,9 @@ def _of_hard_fault(record: FaultRecord) -> Cause:
     if record.fault.hfsr & exceptions.DEBUGEVT:
         return Cause(
             "BKPT without a debugger",
-            ["Semihosting (--specs=rdimon.specs), an assertion, or a breakpoint left in the program."],
+            [
+                "The cause is semihosting (--specs=rdimon.specs), an assertion, or a breakpoint left in the program."
+            ],
         )
     return Cause("the vector table cannot be read", ["VTOR was set to an address without memory."])
 

@@ -117,7 +117,7 @@ class Interrupts:
         running = self.handled
         return (
             f"SysTick (priority {priority(SYS_TICK) >> 4}) cannot interrupt the handler of "
-            f"{exception_name(running)} (priority {priority(running) >> 4}): give SysTick a smaller number, "
+            f"{exception_name(running)} (priority {priority(running) >> 4}): give SysTick a smaller priority number, "
             "or do not wait in interrupts."
         )
 
@@ -157,7 +157,7 @@ class Waits:
             for peripheral, offset, value in loop.registers
         )
         off = next((peripheral.name for peripheral, _, _ in loop.registers if not peripheral.clocked), "")
-        why = f"{off} has no clock and reads as 0." if off else "No event is due that could change it."
+        why = f"{off} has no clock and reads as 0." if off else "No scheduled event can change it."
         return Cause(f"waits forever for {' and '.join(seen)} to change", [why])
 
     def _variables(self, loop: Loop, why: str) -> Cause | None:

@@ -49,7 +49,7 @@ def ram_nearly_full(core: Core, places: Places) -> Diagnosis | None:
     details.append("A stack that grows into the variables overwrites them without an error.")
     return Diagnosis(
         "memory",
-        f"the RAM is {100 * (end - RAM_MEMORY.start) / RAM_SIZE:.0f} % full: {left} bytes for heap and stack",
+        f"the RAM is {100 * (end - RAM_MEMORY.start) / RAM_SIZE:.0f} % full: {left} bytes remain for heap and stack",
         tuple(details),
         fatal=False,
     )

@@ -53,7 +53,7 @@ def silent_terminal(chip: Chip, signals: BoardSignals, places: Places) -> Diagno
     if not control & _UE:
         short = f"{number} is not set up: {init} is not called"
         why = f"UE in {number}_CR1 is 0, so HAL_UART_Transmit() fails at once and PRINTF prints nothing."
-        look = f"Call it in {main}, after the clocks and before the first PRINTF."
+        look = f"Call it in {main}, after the set-up of the clocks and before the first PRINTF."
     elif not control & _TE:
         short = f"{number}'s transmitter is off"
         why = f"TE in {number}_CR1 is 0: Init.Mode must be UART_MODE_TX_RX."
@@ -81,7 +81,9 @@ def printed_elsewhere(chip: Chip, signals: BoardSignals) -> Diagnosis | None:
     lines = [line for line in data.decode(errors="replace").splitlines() if line.strip()]
     details = [f"This board's terminal is on {board}."]
     if name == "USART2" and signals.gpio.alternate("A", 2) == _USART2_FUNCTION:
-        details.append("USART2 on PA2 is the terminal of ST's Nucleo boards; was the program made for one?")
+        details.append(
+            "USART2 on PA2 is the terminal of ST's Nucleo boards; was the program made for such a board?"
+        )
     details += section(f"the first lines on {name}", lines[:_LINES_SHOWN])
     return Diagnosis(
         "terminal", f"the program prints on {name}, which has no terminal", tuple(details), fatal=False
@@ -105,9 +107,9 @@ def wrong_baud(chip: Chip, signals: BoardSignals) -> Diagnosis | None:
         "terminal",
         f"{name} sends at {baud:.0f} baud; the terminal on your laptop listens at {BAUD}",
         (
-            f"BRR is {divider} and the peripheral's clock {clock_hz / 1e6:g} MHz.",
+            f"BRR is {divider} and the peripheral's clock is {clock_hz / 1e6:g} MHz.",
             "The text is readable here; a terminal of the real board would show garbage.",
-            f"Check Init.BaudRate in MX_{name}_UART_Init(); SystemClock_Config() comes before it.",
+            f"Check Init.BaudRate in MX_{name}_UART_Init(); SystemClock_Config() must be called before it.",
         ),
         fatal=False,
     )
@@ -143,7 +145,7 @@ def bus_never_on(chip: Chip, signals: BoardSignals, places: Places) -> Cause | N
     if not talks or used or on:
         return None
     if elsewhere := _other_bus_on(chip, signals):
-        return Cause(f"{elsewhere} is set up, but has no sensors", [absent(signals, elsewhere)])
+        return Cause(f"{elsewhere} is set up, but no sensor is connected to it", [absent(signals, elsewhere)])
     bits_off = [
         *(f"PE in {name}_CR1" for name in signals.i2c),
         *(f"SPE in {name}_CR1" for name in signals.spi),
@@ -258,7 +260,7 @@ def wrong_rate(chip: Chip, signals: BoardSignals) -> Diagnosis | None:
     clock_hz = round(timer.rate_hz * (prescaler + 1) * (period + 1))
     details = [
         (
-            f"{clock_hz / 1e6:g} MHz / ({prescaler} + 1) / ({period} + 1): the registers contain one less. "
+            f"{clock_hz / 1e6:g} MHz / ({prescaler} + 1) / ({period} + 1): the registers contain these divisors minus one. "
             f"For 800 Hz (PSC + 1) x (ARR + 1) is {clock_hz / 800:.0f}, such as 84 x 1250."
         ),
         f"Check Init.Prescaler and Init.Period in MX_{timer.name}_Init().",

@@ -67,10 +67,10 @@ def _replaced(firmware: ArmFirmware) -> bool:
 # -- the ``monitor`` commands -------------------------------------------------------------------------------
 
 _HELP = """\
-attitude ROLL PITCH YAW  turn the board (degrees); attitude alone prints it
+attitude ROLL PITCH YAW  turn the board (degrees); without angles: print the attitude
 time                     virtual time since power-on
 where                    function and source line of the next instruction
-regs PERIPHERAL          registers of a peripheral, read without side effects; regs alone lists the peripherals
+regs PERIPHERAL          registers of a peripheral, read without side effects; without a name: list the peripherals
 reset                    reset the chip and halt it; then: maintenance flush register-cache
 """
 

@@ -46,7 +46,7 @@ def store(kind: CType, value: Any, raw: bytearray, offset: int, name: str) -> No
     elif isinstance(kind, Structure):
         _store_structure(kind, value, raw, offset, name)
     else:
-        raise InputError(f"cannot write {name}: values of this type are not supported", kind="unknown_type")
+        raise InputError(f"cannot write {name!r}: values of this type are not supported", kind="unknown_type")
 
 
 def load_into(kind: CType, value: Any, raw: bytes, offset: int) -> None:
@@ -93,7 +93,7 @@ def floats_of(kind: CType) -> tuple[int, int]:
 
 def _float(kind: Float, value: Any, name: str) -> bytes:
     if not isinstance(value, Real):
-        raise InputError(f"{name} must be a number, not {value!r}", kind="not_a_number")
+        raise InputError(f"{name!r} must be a number, not {value!r}", kind="not_a_number")
     try:
         return struct.pack(_FLOATS[kind.size], value)
     except OverflowError:  # the result is infinity, as in C
@@ -102,11 +102,13 @@ def _float(kind: Float, value: Any, name: str) -> bytes:
 
 def _integer(value: Any, bits: int, signed: bool, name: str) -> int:
     if not isinstance(value, Integral):
-        raise InputError(f"{name} must be an integer, not {value!r}", kind="not_an_integer")
+        raise InputError(f"{name!r} must be an integer, not {value!r}", kind="not_an_integer")
     number = int(value)
     low, high = (-(1 << bits - 1), (1 << bits - 1) - 1) if signed else (0, (1 << bits) - 1)
     if not low <= number <= high:
-        raise InputError(f"{name} must be an integer from {low} to {high}, not {number}", kind="out_of_range")
+        raise InputError(
+            f"{name!r} must be an integer from {low} to {high}, not {number}", kind="out_of_range"
+        )
     return number & (1 << bits) - 1
 
 
@@ -120,7 +122,9 @@ def _store_bits(kind: BitField, value: Any, raw: bytearray, offset: int, name: s
 def _store_array(kind: Array, value: Any, raw: bytearray, offset: int, name: str) -> None:
     elements = _elements(value, name)
     if len(elements) != kind.count:
-        raise InputError(f"{name} must have {kind.count} elements, not {len(elements)}", kind="element_count")
+        raise InputError(
+            f"{name!r} must have {kind.count} elements, not {len(elements)}", kind="element_count"
+        )
     for index, element in enumerate(elements):
         store(kind.element, element, raw, offset + index * kind.element.size, f"{name}[{index}]")
 
@@ -135,7 +139,7 @@ def _store_structure(kind: Structure, value: Any, raw: bytearray, offset: int, n
         values = _elements(value, name)
         if len(values) != len(kind.members):
             raise InputError(
-                f"{name} must have {len(kind.members)} members, not {len(values)}",
+                f"{name!r} must have {len(kind.members)} members, not {len(values)}",
                 kind="element_count",
             )
         for member, item in zip(kind.members, values, strict=True):
@@ -147,7 +151,7 @@ def _store_structure(kind: Structure, value: Any, raw: bytearray, offset: int, n
     for key, item in given.items():
         if key not in members:
             raise InputError(
-                f"{name}: unknown member {key!r}; known: {', '.join(members)}", kind="unknown_member"
+                f"{name!r}: unknown member {key!r}; known: {', '.join(members)}", kind="unknown_member"
             )
         store(members[key].type, item, raw, offset + members[key].offset, f"{name}.{key}")
 
@@ -163,6 +167,6 @@ def _names(kind: CType) -> list[str]:
 
 def _elements(value: Any, name: str) -> Sequence[Any]:
     if isinstance(value, str) or not hasattr(value, "__len__") or not hasattr(value, "__getitem__"):
-        raise InputError(f"{name} must be a sequence of values, not {value!r}", kind="not_a_sequence")
+        raise InputError(f"{name!r} must be a sequence of values, not {value!r}", kind="not_a_sequence")
     elements: Sequence[Any] = value
     return elements

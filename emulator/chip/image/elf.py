@@ -179,7 +179,7 @@ def _check_inside(file: str, data: bytes, what: str, start: int, size: int) -> N
     if start + size > len(data):
         raise FirmwareFileError(
             file,
-            f"is cut short or damaged: its {what} ends at byte {start + size}, but the file at byte {len(data)}; "
+            f"is cut short or damaged: its {what} ends at byte {start + size}, but the file ends at byte {len(data)}; "
             "build or copy it again",
             kind="cut_short",
         )
@@ -285,7 +285,7 @@ class Sections:
         except zlib.error:
             raise DebugInfoError(f"{name} cannot be unpacked") from None
         if len(data) != size:
-            raise DebugInfoError(f"{name} unpacks to another size than announced")
+            raise DebugInfoError(f"{name} unpacks to a size other than its announced size")
         return data
 
 

@@ -24,10 +24,10 @@ class CR1(Word, addr=0x004):
     """Control 1."""
 
     OVRIE = Bits(26, doc="interrupt on OVR")
-    RES = Bits(25, 24, doc="12, 10, 8, 6 bits")
+    RES = Bits(25, 24, doc="resolution: 12, 10, 8, 6 bits")
     AWDEN = Bits(23, modelled=False, doc="analog watchdog on regular channels")
     JAWDEN = Bits(22, modelled=False, doc="analog watchdog on injected channels")
-    DISCNUM = Bits(15, 13, modelled=False, doc="channels of discontinuous mode")
+    DISCNUM = Bits(15, 13, modelled=False, doc="number of channels in discontinuous mode, minus one")
     JDISCEN = Bits(12, modelled=False, doc="discontinuous mode, injected")
     DISCEN = Bits(11, modelled=False, doc="discontinuous mode, regular")
     JAUTO = Bits(10, modelled=False, doc="injected conversions follow regular ones")
@@ -44,28 +44,28 @@ class CR2(Word, addr=0x008):
 
     SWSTART = Bits(30, access="rs", doc="starts regular conversions")
     EXTEN = Bits(29, 28, modelled=False, doc="external trigger, regular")
-    EXTSEL = Bits(27, 24, modelled=False, doc="its source")
+    EXTSEL = Bits(27, 24, modelled=False, doc="source of the regular trigger")
     JSWSTART = Bits(22, access="rs", modelled=False, doc="starts injected conversions")
     JEXTEN = Bits(21, 20, modelled=False, doc="external trigger, injected")
-    JEXTSEL = Bits(19, 16, modelled=False, doc="its source")
+    JEXTSEL = Bits(19, 16, modelled=False, doc="source of the injected trigger")
     ALIGN = Bits(11, doc="results are left-aligned")
     EOCS = Bits(10, doc="EOC after each conversion")
-    DDS = Bits(9, doc="requests of DMA go on after its last transfer")
-    DMA = Bits(8, doc="results are taken by DMA")
-    CONT = Bits(1, doc="conversions start again")
+    DDS = Bits(9, doc="DMA requests continue after the last transfer")
+    DMA = Bits(8, doc="results are read by DMA")
+    CONT = Bits(1, doc="continuous conversion: the sequence repeats")
     ADON = Bits(0, doc="on")
 
 
 class SMPR1(Word, addr=0x00C):
     """Sample time, channels 10 to 18."""
 
-    SMPx = Bits(2, 0, count=9, step=3, first=10, doc="3 to 480 cycles")
+    SMPx = Bits(2, 0, count=9, step=3, first=10, doc="sampling time, 3 to 480 cycles")
 
 
 class SMPR2(Word, addr=0x010):
     """Sample time, channels 0 to 9."""
 
-    SMPx = Bits(2, 0, count=10, step=3, doc="3 to 480 cycles")
+    SMPx = Bits(2, 0, count=10, step=3, doc="sampling time, 3 to 480 cycles")
 
 
 class JOFRx(Word, addr=0x014, count=4, step=0x04, first=1, modelled=False):
@@ -89,7 +89,7 @@ class LTR(Word, addr=0x028, modelled=False):
 class SQR1(Word, addr=0x02C):
     """Regular sequence, length and places 13 to 16."""
 
-    L = Bits(23, 20, doc="length, less one")
+    L = Bits(23, 20, doc="length, minus one")
     SQx = Bits(4, 0, count=4, step=5, first=13, doc="channel")
 
 
@@ -108,7 +108,7 @@ class SQR3(Word, addr=0x034):
 class JSQR(Word, addr=0x038, modelled=False):
     """Injected sequence."""
 
-    JL = Bits(21, 20, doc="length, less one")
+    JL = Bits(21, 20, doc="length, minus one")
     JSQx = Bits(4, 0, count=4, step=5, first=1, doc="channel")
 
 
@@ -128,5 +128,5 @@ class CCR(Word, addr=0x304):
     """Common control."""
 
     TSVREFE = Bits(23, doc="temperature sensor and reference on")
-    VBATE = Bits(22, doc="channel 18 is a quarter of the backup supply")
+    VBATE = Bits(22, doc="channel 18 measures a quarter of the backup supply")
     ADCPRE = Bits(17, 16, doc="PCLK2 divided by 2, 4, 6, 8")

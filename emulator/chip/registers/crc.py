@@ -22,4 +22,4 @@ class IDR(Word, addr=0x04):
 class CR(Word, addr=0x08, access="w"):
     """Control."""
 
-    RESET = Bits(0, doc="the sum starts again")
+    RESET = Bits(0, doc="restarts the calculation")

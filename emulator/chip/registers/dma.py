@@ -123,15 +123,15 @@ class SxCR(Word, addr=0x10, count=8, step=0x18):
     CHSEL = Bits(27, 25, doc="request line")
     MBURST = Bits(24, 23, modelled=False, doc="burst on the memory side")
     PBURST = Bits(22, 21, modelled=False, doc="burst on the peripheral side")
-    CT = Bits(19, doc="current memory of two")
+    CT = Bits(19, doc="number of the memory area in use, 0 or 1")
     DBM = Bits(18, doc="double buffer")
     PL = Bits(17, 16, modelled=False, doc="priority")
-    PINCOS = Bits(15, modelled=False, doc="increment of peripheral addresses is four")
+    PINCOS = Bits(15, modelled=False, doc="peripheral addresses increase by four")
     MSIZE = Bits(14, 13, doc="size of an item in memory")
     PSIZE = Bits(12, 11, doc="size of an item of the peripheral")
-    MINC = Bits(10, doc="memory addresses grow")
-    PINC = Bits(9, doc="peripheral addresses grow")
-    CIRC = Bits(8, doc="starts again at the end")
+    MINC = Bits(10, doc="memory addresses increase")
+    PINC = Bits(9, doc="peripheral addresses increase")
+    CIRC = Bits(8, doc="circular: restarts at the end")
     DIR = Bits(7, 6, doc="peripheral to memory, memory to peripheral, memory to memory")
     PFCTRL = Bits(5, modelled=False, doc="the peripheral ends the transfer")
     TCIE = Bits(4, doc="interrupt on transfer complete")
@@ -144,7 +144,7 @@ class SxCR(Word, addr=0x10, count=8, step=0x18):
 class SxNDTR(Word, addr=0x14, count=8, step=0x18):
     """Number of items left."""
 
-    NDT = Bits(15, 0, doc="items")
+    NDT = Bits(15, 0, doc="number of items to transfer")
 
 
 class SxPAR(Word, addr=0x18, count=8, step=0x18):

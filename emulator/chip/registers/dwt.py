@@ -23,7 +23,7 @@ class CTRL(Word, addr=0x000, reset=0x4000_0000):
     EXCTRCENA = Bits(16, modelled=False, doc="exception trace")
     PCSAMPLENA = Bits(12, modelled=False, doc="PC sampling")
     SYNCTAP = Bits(11, 10, modelled=False, doc="synchronisation packets")
-    CYCTAP = Bits(9, modelled=False, doc="tap of POSTCNT")
+    CYCTAP = Bits(9, modelled=False, doc="bit of CYCCNT that clocks POSTCNT")
     POSTINIT = Bits(8, 5, modelled=False, doc="first value of POSTCNT")
     POSTPRESET = Bits(4, 1, modelled=False, doc="reload value of POSTCNT")
     CYCCNTENA = Bits(0, doc="counts cycles")

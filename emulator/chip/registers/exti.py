@@ -12,34 +12,34 @@ INSTANCES = ("EXTI",)
 class IMR(Word, addr=0x00):
     """Interrupt mask."""
 
-    MRx = Bits(0, count=23, doc="the line's interrupt is let through")
+    MRx = Bits(0, count=23, doc="the line's interrupt is enabled")
 
 
 class EMR(Word, addr=0x04):
     """Event mask."""
 
-    MRx = Bits(0, count=23, modelled=False, doc="the line's event is let through")
+    MRx = Bits(0, count=23, modelled=False, doc="the line's event is enabled")
 
 
 class RTSR(Word, addr=0x08):
     """Rising trigger selection."""
 
-    TRx = Bits(0, count=23, doc="rising edges count")
+    TRx = Bits(0, count=23, doc="rising edges trigger the line")
 
 
 class FTSR(Word, addr=0x0C):
     """Falling trigger selection."""
 
-    TRx = Bits(0, count=23, doc="falling edges count")
+    TRx = Bits(0, count=23, doc="falling edges trigger the line")
 
 
 class SWIER(Word, addr=0x10):
     """Software interrupt event."""
 
-    SWIERx = Bits(0, count=23, doc="raises the line")
+    SWIERx = Bits(0, count=23, doc="triggers the line by software")
 
 
 class PR(Word, addr=0x14, access="rc_w1"):
     """Pending."""
 
-    PRx = Bits(0, count=23, doc="an edge has come")
+    PRx = Bits(0, count=23, doc="the line was triggered")

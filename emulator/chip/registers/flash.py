@@ -35,7 +35,7 @@ class OPTKEYR(Word, addr=0x08, access="w", modelled=False):
 class SR(Word, addr=0x0C, access="rc_w1"):
     """Status."""
 
-    BSY = Bits(16, access="r", doc="an operation is under way")
+    BSY = Bits(16, access="r", doc="an operation is in progress")
     RDERR = Bits(8, modelled=False, doc="read protection")
     PGSERR = Bits(7, doc="wrong sequence")
     PGPERR = Bits(6, doc="wrong parallelism")

@@ -15,7 +15,7 @@ class CR1(Word, addr=0x00):
     SWRST = Bits(15, doc="software reset")
     ALERT = Bits(13, modelled=False, doc="SMBus alert")
     PEC = Bits(12, modelled=False, doc="packet error checking: transfer the code")
-    POS = Bits(11, doc="ACK and PEC are meant for the next byte")
+    POS = Bits(11, doc="ACK and PEC apply to the next byte")
     ACK = Bits(10, doc="acknowledge received bytes")
     STOP = Bits(9, doc="generate a stop condition")
     START = Bits(8, doc="generate a start condition")
@@ -31,8 +31,8 @@ class CR1(Word, addr=0x00):
 class CR2(Word, addr=0x04):
     """Control 2."""
 
-    LAST = Bits(12, doc="the next end of DMA is the last byte")
-    DMAEN = Bits(11, doc="requests of DMA")
+    LAST = Bits(12, doc="the next DMA transfer ends with the last byte")
+    DMAEN = Bits(11, doc="DMA requests")
     ITBUFEN = Bits(10, doc="interrupts on TXE and RXNE")
     ITEVTEN = Bits(9, doc="interrupts on events")
     ITERREN = Bits(8, doc="interrupts on errors")
@@ -43,14 +43,14 @@ class OAR1(Word, addr=0x08):
     """Own address 1."""
 
     ADDMODE = Bits(15, modelled=False, doc="ten-bit address")
-    BIT14 = Bits(14, modelled=False, doc="has no name; software shall keep it at 1")
-    ADD = Bits(9, 0, modelled=False, doc="the address as slave")
+    BIT14 = Bits(14, modelled=False, doc="unnamed bit; software must keep it at 1")
+    ADD = Bits(9, 0, modelled=False, doc="own address as slave")
 
 
 class OAR2(Word, addr=0x0C):
     """Own address 2."""
 
-    ADD2 = Bits(7, 1, modelled=False, doc="the second address as slave")
+    ADD2 = Bits(7, 1, modelled=False, doc="second own address as slave")
     ENDUAL = Bits(0, modelled=False, doc="two addresses")
 
 
@@ -83,7 +83,7 @@ class SR2(Word, addr=0x18, access="r"):
     """Status 2."""
 
     PEC = Bits(15, 8, modelled=False, doc="packet error code")
-    DUALF = Bits(7, modelled=False, doc="the second address was meant")
+    DUALF = Bits(7, modelled=False, doc="the second address was received")
     SMBHOST = Bits(6, modelled=False, doc="SMBus host header")
     SMBDEFAULT = Bits(5, modelled=False, doc="SMBus default address")
     GENCALL = Bits(4, modelled=False, doc="general call")
@@ -96,14 +96,14 @@ class CCR(Word, addr=0x1C):
     """Clock control."""
 
     FS = Bits(15, doc="fast mode")
-    DUTY = Bits(14, doc="fast mode: low to high is 16 to 9")
+    DUTY = Bits(14, doc="fast mode: low and high time have the ratio 16 to 9")
     CCR = Bits(11, 0, doc="divider of PCLK1")
 
 
 class TRISE(Word, addr=0x20, reset=0x2):
     """Rise time."""
 
-    TRISE = Bits(5, 0, doc="in periods of PCLK1, plus one")
+    TRISE = Bits(5, 0, doc="rise time in periods of PCLK1, plus one")
 
 
 class FLTR(Word, addr=0x24, modelled=False):

@@ -30,5 +30,5 @@ class RLR(Word, addr=0x08, reset=0xFFF):
 class SR(Word, addr=0x0C, access="r"):
     """Status."""
 
-    RVU = Bits(1, modelled=False, doc="RLR is being taken over")
-    PVU = Bits(0, modelled=False, doc="PR is being taken over")
+    RVU = Bits(1, modelled=False, doc="an update of RLR is in progress")
+    PVU = Bits(0, modelled=False, doc="an update of PR is in progress")

@@ -12,7 +12,7 @@ INSTANCES = ("NVIC",)
 class ICTR(Word, addr=0x004, access="r", reset=0x2):
     """Interrupt controller type."""
 
-    INTLINESNUM = Bits(3, 0, doc="groups of 32 interrupts, less one")
+    INTLINESNUM = Bits(3, 0, doc="number of groups of 32 interrupts, minus one")
 
 
 class NVIC_ISERx(Word, addr=0x100, count=3, step=0x04):
@@ -38,10 +38,10 @@ class NVIC_IABRx(Word, addr=0x300, count=3, step=0x04, access="r"):
 class NVIC_IPRx(Word, addr=0x400, count=22, step=0x04):
     """Interrupt priority, four interrupts each."""
 
-    PRI_Nx = Bits(7, 0, count=4, step=8, doc="priority; the upper four bits exist")
+    PRI_Nx = Bits(7, 0, count=4, step=8, doc="priority; only the upper four bits are implemented")
 
 
 class STIR(Word, addr=0xF00, access="w"):
     """Software trigger interrupt."""
 
-    INTID = Bits(8, 0, doc="its number")
+    INTID = Bits(8, 0, doc="number of the interrupt")

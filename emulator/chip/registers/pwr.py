@@ -35,4 +35,4 @@ class CSR(Word, addr=0x04, reset=0x0000_4000):
     BRR = Bits(3, access="r", doc="backup regulator is ready")
     PVDO = Bits(2, access="r", modelled=False, doc="supply below the detector's level")
     SBF = Bits(1, access="r", doc="standby was entered")
-    WUF = Bits(0, access="r", doc="a wake-up has come")
+    WUF = Bits(0, access="r", doc="a wake-up has occurred")

@@ -29,11 +29,11 @@ class CR(Word, addr=0x00, reset=0x83):
 class PLLCFGR(Word, addr=0x04, reset=0x2400_3010):
     """PLL configuration."""
 
-    BIT29 = Bits(29, modelled=False, doc="has no name; 1 after reset, then as written")
+    BIT29 = Bits(29, modelled=False, doc="unnamed bit; 1 after reset, then as written")
     PLLQ = Bits(27, 24, doc="divider for USB and SDIO")
-    PLLSRC = Bits(22, doc="HSE instead of HSI")
+    PLLSRC = Bits(22, doc="PLL input is HSE instead of HSI")
     PLLP = Bits(17, 16, doc="divider for SYSCLK: 2, 4, 6, 8")
-    PLLN = Bits(14, 6, doc="factor")
+    PLLN = Bits(14, 6, doc="multiplication factor")
     PLLM = Bits(5, 0, doc="divider of the input")
 
 
@@ -41,7 +41,7 @@ class CFGR(Word, addr=0x08):
     """Clock configuration."""
 
     MCO2 = Bits(31, 30, modelled=False, doc="clock output 2")
-    MCO2PRE = Bits(29, 27, modelled=False, doc="its prescaler")
+    MCO2PRE = Bits(29, 27, modelled=False, doc="prescaler of clock output 2")
     MCO1PRE = Bits(26, 24, modelled=False, doc="prescaler of clock output 1")
     I2SSRC = Bits(23, modelled=False, doc="I2S clock from a pin")
     MCO1 = Bits(22, 21, modelled=False, doc="clock output 1")
@@ -49,8 +49,8 @@ class CFGR(Word, addr=0x08):
     PPRE2 = Bits(15, 13, doc="APB2 prescaler")
     PPRE1 = Bits(12, 10, doc="APB1 prescaler")
     HPRE = Bits(7, 4, doc="AHB prescaler")
-    SWS = Bits(3, 2, access="r", doc="SYSCLK is HSI, HSE, PLL")
-    SW = Bits(1, 0, doc="SYSCLK shall be HSI, HSE, PLL")
+    SWS = Bits(3, 2, access="r", doc="current SYSCLK: HSI, HSE, PLL")
+    SW = Bits(1, 0, doc="requested SYSCLK: HSI, HSE, PLL")
 
 
 class CIR(Word, addr=0x0C):
@@ -69,7 +69,7 @@ class CIR(Word, addr=0x0C):
     HSIRDYIE = Bits(10, doc="interrupt on HSIRDYF")
     LSERDYIE = Bits(9, doc="interrupt on LSERDYF")
     LSIRDYIE = Bits(8, doc="interrupt on LSIRDYF")
-    CSSF = Bits(7, access="r", modelled=False, doc="the clock security system has struck")
+    CSSF = Bits(7, access="r", modelled=False, doc="the clock security system has detected a failure of HSE")
     PLLI2SRDYF = Bits(5, access="r", doc="the I2S PLL has become ready")
     PLLRDYF = Bits(4, access="r", doc="the PLL has become ready")
     HSERDYF = Bits(3, access="r", doc="HSE has become ready")
@@ -244,7 +244,7 @@ class BDCR(Word, addr=0x70):
 
     BDRST = Bits(16, doc="resets the backup domain")
     RTCEN = Bits(15, doc="RTC clock on")
-    RTCSEL = Bits(9, 8, doc="the RTC's clock is none, LSE, LSI, HSE")
+    RTCSEL = Bits(9, 8, doc="clock of the RTC: none, LSE, LSI, HSE")
     LSEBYP = Bits(2, modelled=False, doc="LSE is a clock, not a crystal")
     LSERDY = Bits(1, access="r", doc="LSE is stable")
     LSEON = Bits(0, doc="LSE on")
@@ -260,7 +260,7 @@ class CSR(Word, addr=0x74, reset=0x0E00_0000):
     PORRSTF = Bits(27, access="r", doc="power-on reset")
     PINRSTF = Bits(26, access="r", doc="reset by NRST")
     BORRSTF = Bits(25, access="r", doc="power-on or brown-out reset")
-    RMVF = Bits(24, access="w", doc="clears the flags")
+    RMVF = Bits(24, access="w", doc="clears the reset flags")
     LSIRDY = Bits(1, access="r", doc="LSI is stable")
     LSION = Bits(0, doc="LSI on")
 
@@ -278,11 +278,11 @@ class PLLI2SCFGR(Word, addr=0x84, reset=0x2400_3000):
     """I2S PLL configuration."""
 
     PLLI2SR = Bits(30, 28, modelled=False, doc="divider for I2S")
-    BIT26 = Bits(26, modelled=False, doc="has no name; 1 after reset, then as written")
-    PLLI2SN = Bits(14, 6, modelled=False, doc="factor")
+    BIT26 = Bits(26, modelled=False, doc="unnamed bit; 1 after reset, then as written")
+    PLLI2SN = Bits(14, 6, modelled=False, doc="multiplication factor")
 
 
 class DCKCFGR(Word, addr=0x8C):
     """Dedicated clock configuration."""
 
-    TIMPRE = Bits(24, doc="timers run at four times their bus")
+    TIMPRE = Bits(24, doc="timers run at four times the clock of their bus")

@@ -40,9 +40,9 @@ class CR(Word, addr=0x08):
     OSEL = Bits(22, 21, modelled=False, doc="output selection")
     POL = Bits(20, modelled=False, doc="output polarity")
     COSEL = Bits(19, modelled=False, doc="calibration output at 1 Hz")
-    BKP = Bits(18, doc="a bit to remember summer time by")
-    SUB1H = Bits(17, access="w", modelled=False, doc="an hour back")
-    ADD1H = Bits(16, access="w", modelled=False, doc="an hour forward")
+    BKP = Bits(18, doc="free bit: software can store in it that it is summer time")
+    SUB1H = Bits(17, access="w", modelled=False, doc="subtracts an hour")
+    ADD1H = Bits(16, access="w", modelled=False, doc="adds an hour")
     TSIE = Bits(15, modelled=False, doc="interrupt on time stamp")
     WUTIE = Bits(14, doc="interrupt on wake-up timer")
     ALRBIE = Bits(13, doc="interrupt on alarm B")
@@ -83,8 +83,8 @@ class ISR(Word, addr=0x0C, access="rc_w0", reset=0x7):
 class PRER(Word, addr=0x10, reset=0x007F_00FF):
     """Prescalers."""
 
-    PREDIV_A = Bits(22, 16, doc="asynchronous, less one")
-    PREDIV_S = Bits(14, 0, doc="synchronous, less one")
+    PREDIV_A = Bits(22, 16, doc="asynchronous, minus one")
+    PREDIV_S = Bits(14, 0, doc="synchronous, minus one")
 
 
 class WUTR(Word, addr=0x14, reset=0x0000_FFFF):
@@ -103,18 +103,18 @@ class CALIBR(Word, addr=0x18, modelled=False):
 class ALRMAR(Word, addr=0x1C):
     """Alarm A."""
 
-    MSK4 = Bits(31, doc="date does not count")
+    MSK4 = Bits(31, doc="the date is ignored")
     WDSEL = Bits(30, doc="weekday instead of date")
     DT = Bits(29, 28, doc="day, tens")
     DU = Bits(27, 24, doc="day, units")
-    MSK3 = Bits(23, doc="hours do not count")
+    MSK3 = Bits(23, doc="the hours are ignored")
     PM = Bits(22, modelled=False, doc="afternoon")
     HT = Bits(21, 20, doc="hours, tens")
     HU = Bits(19, 16, doc="hours, units")
-    MSK2 = Bits(15, doc="minutes do not count")
+    MSK2 = Bits(15, doc="the minutes are ignored")
     MNT = Bits(14, 12, doc="minutes, tens")
     MNU = Bits(11, 8, doc="minutes, units")
-    MSK1 = Bits(7, doc="seconds do not count")
+    MSK1 = Bits(7, doc="the seconds are ignored")
     ST = Bits(6, 4, doc="seconds, tens")
     SU = Bits(3, 0, doc="seconds, units")
 
@@ -138,8 +138,8 @@ class SSR(Word, addr=0x28, access="r"):
 class SHIFTR(Word, addr=0x2C, access="w", modelled=False):
     """Shift control."""
 
-    ADD1S = Bits(31, doc="a second forward")
-    SUBFS = Bits(14, 0, doc="a fraction back")
+    ADD1S = Bits(31, doc="adds a second")
+    SUBFS = Bits(14, 0, doc="subtracts a fraction of a second")
 
 
 class TSTR(Word, addr=0x30, access="r", modelled=False):
@@ -173,10 +173,10 @@ class TSSSR(Word, addr=0x38, access="r", modelled=False):
 class CALR(Word, addr=0x3C, modelled=False):
     """Smooth calibration."""
 
-    CALP = Bits(15, doc="more pulses")
+    CALP = Bits(15, doc="adds pulses")
     CALW8 = Bits(14, doc="cycle of 8 s")
     CALW16 = Bits(13, doc="cycle of 16 s")
-    CALM = Bits(8, 0, doc="fewer pulses")
+    CALM = Bits(8, 0, doc="number of removed pulses")
 
 
 class TAFCR(Word, addr=0x40, modelled=False):

@@ -34,30 +34,32 @@ class ICSR(Word, addr=0xD04, reset=0x800):
 
     NMIPENDSET = Bits(31, doc="NMI is pending")
     PENDSVSET = Bits(28, doc="PendSV is pending")
-    PENDSVCLR = Bits(27, access="w", doc="PendSV is pending no more")
+    PENDSVCLR = Bits(27, access="w", doc="PendSV is no longer pending")
     PENDSTSET = Bits(26, doc="SysTick is pending")
-    PENDSTCLR = Bits(25, access="w", doc="SysTick is pending no more")
-    ISRPREEMPT = Bits(23, access="r", modelled=False, doc="taken on leaving debug state")
+    PENDSTCLR = Bits(25, access="w", doc="SysTick is no longer pending")
+    ISRPREEMPT = Bits(
+        23, access="r", modelled=False, doc="a pending exception is taken on leaving debug state"
+    )
     ISRPENDING = Bits(22, access="r", doc="an interrupt is pending")
     VECTPENDING = Bits(20, 12, access="r", doc="the most urgent pending exception")
-    RETTOBASE = Bits(11, access="r", doc="no other exception is active")
+    RETTOBASE = Bits(11, access="r", doc="no exception is active besides the current one")
     VECTACTIVE = Bits(8, 0, access="r", doc="the exception being handled")
 
 
 class VTOR(Word, addr=0xD08):
     """Vector table offset."""
 
-    TBLOFF = Bits(29, 7, doc="its address")
+    TBLOFF = Bits(29, 7, doc="address of the vector table")
 
 
 class AIRCR(Word, addr=0xD0C, reset=0xFA05_0000):
     """Application interrupt and reset control."""
 
-    VECTKEY = Bits(31, 16, doc="0x05FA, else the write is ignored")
+    VECTKEY = Bits(31, 16, doc="must be 0x05FA, otherwise the write is ignored")
     ENDIANNESS = Bits(15, access="r", doc="little-endian")
-    PRIGROUP = Bits(10, 8, doc="bits of subpriority, less one")
+    PRIGROUP = Bits(10, 8, doc="number of subpriority bits, minus one")
     SYSRESETREQ = Bits(2, access="w", doc="resets the chip")
-    VECTCLRACTIVE = Bits(1, access="w", doc="no exception is active any more; for debuggers")
+    VECTCLRACTIVE = Bits(1, access="w", doc="makes all exceptions inactive; for debuggers")
     VECTRESET = Bits(0, access="w", modelled=False, doc="resets the core; for debuggers")
 
 
@@ -134,7 +136,7 @@ class CFSR(Word, addr=0xD28, access="rc_w1"):
     LSPERR = Bits(13, modelled=False, doc="lazy saving of floating point")
     STKERR = Bits(12, doc="saving registers on exception entry")
     UNSTKERR = Bits(11, doc="restoring registers on exception return")
-    IMPRECISERR = Bits(10, modelled=False, doc="store refused some instructions ago")
+    IMPRECISERR = Bits(10, modelled=False, doc="a store was refused some instructions ago")
     PRECISERR = Bits(9, doc="load or store refused")
     IBUSERR = Bits(8, doc="instruction fetch refused")
     MMARVALID = Bits(7, doc="MMFAR holds the address")
@@ -149,7 +151,7 @@ class HFSR(Word, addr=0xD2C, access="rc_w1"):
     """HardFault status."""
 
     DEBUGEVT = Bits(31, doc="BKPT without a debugger")
-    FORCED = Bits(30, doc="another fault has become this one")
+    FORCED = Bits(30, doc="another fault became a HardFault")
     VECTTBL = Bits(1, doc="reading the vector table")
 
 
@@ -198,7 +200,7 @@ class DEMCR(Word, addr=0xDFC):
     """Debug exception and monitor control."""
 
     TRCENA = Bits(24, doc="DWT on")
-    MON_REQ = Bits(19, modelled=False, doc="a debug monitor's own bit")
+    MON_REQ = Bits(19, modelled=False, doc="bit for use by the debug monitor")
     MON_STEP = Bits(18, modelled=False, doc="single step")
     MON_PEND = Bits(17, modelled=False, doc="DebugMonitor is pending")
     MON_EN = Bits(16, modelled=False, doc="DebugMonitor is enabled")
@@ -229,7 +231,7 @@ class FPCCR(Word, addr=0xF34, reset=0xC000_0000):
 class FPCAR(Word, addr=0xF38):
     """Floating-point context address."""
 
-    ADDRESS = Bits(31, 3, doc="of the frame's room")
+    ADDRESS = Bits(31, 3, doc="address of the reserved part of the frame")
 
 
 class FPDSCR(Word, addr=0xF3C, modelled=False):

@@ -13,7 +13,7 @@ class CR1(Word, addr=0x00):
     """Control 1."""
 
     BIDIMODE = Bits(15, doc="one data line for both directions")
-    BIDIOE = Bits(14, doc="direction of that line: out")
+    BIDIOE = Bits(14, doc="the single data line is an output")
     CRCEN = Bits(13, modelled=False, doc="CRC calculation")
     CRCNEXT = Bits(12, modelled=False, doc="send the CRC next")
     DFF = Bits(11, doc="frames of 16 bits")
@@ -25,7 +25,7 @@ class CR1(Word, addr=0x00):
     BR = Bits(5, 3, doc="PCLK divided by 2 to 256")
     MSTR = Bits(2, doc="master")
     CPOL = Bits(1, doc="the clock is high when idle")
-    CPHA = Bits(0, doc="data is taken at the second edge")
+    CPHA = Bits(0, doc="data is sampled at the second edge")
 
 
 class CR2(Word, addr=0x04):
@@ -44,9 +44,9 @@ class SR(Word, addr=0x08, access="r", reset=0x2):
     """Status."""
 
     FRE = Bits(8, modelled=False, doc="frame format error")
-    BSY = Bits(7, doc="a transfer is under way")
-    OVR = Bits(6, doc="overrun: a frame came while RXNE was set")
-    MODF = Bits(5, doc="mode fault: NSS is low at a master")
+    BSY = Bits(7, doc="a transfer is in progress")
+    OVR = Bits(6, doc="overrun: a frame arrived while RXNE was set")
+    MODF = Bits(5, doc="mode fault: NSS of a master is low")
     CRCERR = Bits(4, access="rc_w0", modelled=False, doc="wrong CRC")
     UDR = Bits(3, modelled=False, doc="I2S underrun")
     CHSIDE = Bits(2, modelled=False, doc="I2S channel")

@@ -12,7 +12,7 @@ INSTANCES = ("SYSCFG",)
 class MEMRMP(Word, addr=0x00):
     """Memory remap."""
 
-    MEM_MODE = Bits(1, 0, modelled=False, doc="what is at address 0")
+    MEM_MODE = Bits(1, 0, modelled=False, doc="memory at address 0")
 
 
 class PMC(Word, addr=0x04):

@@ -12,7 +12,7 @@ INSTANCES = ("SysTick",)
 class SYST_CSR(Word, addr=0x010):
     """Control and status."""
 
-    COUNTFLAG = Bits(16, access="r", doc="counted to 0 since it was last read")
+    COUNTFLAG = Bits(16, access="r", doc="the counter has reached 0 since the last read")
     CLKSOURCE = Bits(2, doc="HCLK instead of HCLK / 8")
     TICKINT = Bits(1, doc="makes the exception pending")
     ENABLE = Bits(0, doc="counts")
@@ -21,7 +21,7 @@ class SYST_CSR(Word, addr=0x010):
 class SYST_RVR(Word, addr=0x014):
     """Reload value."""
 
-    RELOAD = Bits(23, 0, doc="the period, less one")
+    RELOAD = Bits(23, 0, doc="the period, minus one")
 
 
 class SYST_CVR(Word, addr=0x018):
@@ -35,4 +35,4 @@ class SYST_CALIB(Word, addr=0x01C, access="r", reset=0x4000_2904):
 
     NOREF = Bits(31, doc="there is no other clock")
     SKEW = Bits(30, doc="TENMS is not exact")
-    TENMS = Bits(23, 0, doc="1 ms of 84 MHz / 8")
+    TENMS = Bits(23, 0, doc="number of counts in 1 ms at 84 MHz / 8")

@@ -73,10 +73,10 @@ class CR2(Word, addr=0x04):
     OIS2 = Bits(10, modelled=False, doc="idle state of output 2")
     OIS1N = Bits(9, modelled=False, doc="idle state of output 1N")
     OIS1 = Bits(8, modelled=False, doc="idle state of output 1")
-    TI1S = Bits(7, modelled=False, doc="input 1 is the XOR of three")
+    TI1S = Bits(7, modelled=False, doc="input 1 is the XOR of three inputs")
     MMS = Bits(6, 4, modelled=False, doc="trigger output")
-    CCDS = Bits(3, modelled=False, doc="DMA of compare at update")
-    CCUS = Bits(2, modelled=False, doc="what updates preloaded controls")
+    CCDS = Bits(3, modelled=False, doc="DMA requests of the channels are sent at an update")
+    CCUS = Bits(2, modelled=False, doc="event that updates preloaded controls")
     CCPC = Bits(0, modelled=False, doc="controls are preloaded")
 
 
@@ -87,7 +87,7 @@ class SMCR(Word, addr=0x08):
     ECE = Bits(14, modelled=False, doc="external clock mode 2")
     ETPS = Bits(13, 12, modelled=False, doc="external trigger prescaler")
     ETF = Bits(11, 8, modelled=False, doc="external trigger filter")
-    MSM = Bits(7, modelled=False, doc="synchronised with its slaves")
+    MSM = Bits(7, modelled=False, doc="the timer is synchronised with its slaves")
     TS = Bits(6, 4, modelled=False, doc="trigger selection")
     SMS = Bits(2, 0, modelled=False, doc="slave mode")
 
@@ -146,38 +146,38 @@ class CCMR1(Word, addr=0x18):
     """Capture and compare mode, channels 1 and 2."""
 
     OC2CE = Bits(15, modelled=False, doc="output 2 is cleared by the external trigger")
-    OC2M = Bits(14, 12, doc="what output 2 does")
+    OC2M = Bits(14, 12, doc="mode of output 2")
     OC2PE = Bits(11, doc="CCR2 is preloaded")
-    OC2FE = Bits(10, modelled=False, doc="output 2 is fast")
-    CC2S = Bits(9, 8, doc="channel 2 is an output, or which input it captures")
+    OC2FE = Bits(10, modelled=False, doc="output 2 reacts fast to a trigger")
+    CC2S = Bits(9, 8, doc="channel 2: output, or the input that it captures")
     OC1CE = Bits(7, modelled=False, doc="output 1 is cleared by the external trigger")
-    OC1M = Bits(6, 4, doc="what output 1 does")
+    OC1M = Bits(6, 4, doc="mode of output 1")
     OC1PE = Bits(3, doc="CCR1 is preloaded")
-    OC1FE = Bits(2, modelled=False, doc="output 1 is fast")
-    CC1S = Bits(1, 0, doc="channel 1 is an output, or which input it captures")
+    OC1FE = Bits(2, modelled=False, doc="output 1 reacts fast to a trigger")
+    CC1S = Bits(1, 0, doc="channel 1: output, or the input that it captures")
     IC2F = Bits(15, 12, modelled=False, overlay=True, doc="as input: filter")
-    IC2PSC = Bits(11, 10, overlay=True, doc="as input: edges a capture")
+    IC2PSC = Bits(11, 10, overlay=True, doc="as input: edges per capture")
     IC1F = Bits(7, 4, modelled=False, overlay=True, doc="as input: filter")
-    IC1PSC = Bits(3, 2, overlay=True, doc="as input: edges a capture")
+    IC1PSC = Bits(3, 2, overlay=True, doc="as input: edges per capture")
 
 
 class CCMR2(Word, addr=0x1C):
     """Capture and compare mode, channels 3 and 4."""
 
     OC4CE = Bits(15, modelled=False, doc="output 4 is cleared by the external trigger")
-    OC4M = Bits(14, 12, doc="what output 4 does")
+    OC4M = Bits(14, 12, doc="mode of output 4")
     OC4PE = Bits(11, doc="CCR4 is preloaded")
-    OC4FE = Bits(10, modelled=False, doc="output 4 is fast")
-    CC4S = Bits(9, 8, doc="channel 4 is an output, or which input it captures")
+    OC4FE = Bits(10, modelled=False, doc="output 4 reacts fast to a trigger")
+    CC4S = Bits(9, 8, doc="channel 4: output, or the input that it captures")
     OC3CE = Bits(7, modelled=False, doc="output 3 is cleared by the external trigger")
-    OC3M = Bits(6, 4, doc="what output 3 does")
+    OC3M = Bits(6, 4, doc="mode of output 3")
     OC3PE = Bits(3, doc="CCR3 is preloaded")
-    OC3FE = Bits(2, modelled=False, doc="output 3 is fast")
-    CC3S = Bits(1, 0, doc="channel 3 is an output, or which input it captures")
+    OC3FE = Bits(2, modelled=False, doc="output 3 reacts fast to a trigger")
+    CC3S = Bits(1, 0, doc="channel 3: output, or the input that it captures")
     IC4F = Bits(15, 12, modelled=False, overlay=True, doc="as input: filter")
-    IC4PSC = Bits(11, 10, overlay=True, doc="as input: edges a capture")
+    IC4PSC = Bits(11, 10, overlay=True, doc="as input: edges per capture")
     IC3F = Bits(7, 4, modelled=False, overlay=True, doc="as input: filter")
-    IC3PSC = Bits(3, 2, overlay=True, doc="as input: edges a capture")
+    IC3PSC = Bits(3, 2, overlay=True, doc="as input: edges per capture")
 
 
 class CCER(Word, addr=0x20):
@@ -207,7 +207,7 @@ class CNT(Word, addr=0x24):
 class PSC(Word, addr=0x28):
     """Prescaler."""
 
-    PSC = Bits(15, 0, doc="the clock is divided by this plus one")
+    PSC = Bits(15, 0, doc="the clock is divided by PSC + 1")
 
 
 class ARR(Word, addr=0x2C, reset=0xFFFF_FFFF):
@@ -217,7 +217,7 @@ class ARR(Word, addr=0x2C, reset=0xFFFF_FFFF):
 class RCR(Word, addr=0x30):
     """Repetition counter."""
 
-    REP = Bits(7, 0, doc="overflows left out before an update")
+    REP = Bits(7, 0, doc="number of overflows without an update")
 
 
 class CCRx(Word, addr=0x34, count=4, step=0x04, first=1):
@@ -231,8 +231,8 @@ class BDTR(Word, addr=0x44):
     AOE = Bits(14, modelled=False, doc="MOE is set by updates")
     BKP = Bits(13, modelled=False, doc="break polarity")
     BKE = Bits(12, modelled=False, doc="break input on")
-    OSSR = Bits(11, modelled=False, doc="outputs when off while running")
-    OSSI = Bits(10, modelled=False, doc="outputs when off while idle")
+    OSSR = Bits(11, modelled=False, doc="state of disabled outputs while MOE is 1")
+    OSSI = Bits(10, modelled=False, doc="state of disabled outputs while MOE is 0")
     LOCK = Bits(9, 8, modelled=False, doc="lock level")
     DTG = Bits(7, 0, modelled=False, doc="dead time")
 
@@ -240,8 +240,8 @@ class BDTR(Word, addr=0x44):
 class DCR(Word, addr=0x48):
     """DMA burst control."""
 
-    DBL = Bits(12, 8, modelled=False, doc="length")
-    DBA = Bits(4, 0, modelled=False, doc="first register")
+    DBL = Bits(12, 8, modelled=False, doc="length of the burst")
+    DBA = Bits(4, 0, modelled=False, doc="first register of the burst")
 
 
 class DMAR(Word, addr=0x4C):
