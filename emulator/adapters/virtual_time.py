@@ -67,7 +67,7 @@ def _replacements(board: Board) -> dict[int, object]:
 
     def sleep(seconds: float) -> None:
         if seconds < 0:
-            raise ValueError("sleep length must be non-negative")  # the text of the real function
+            raise ValueError("sleep length must be non-negative")  # the message of time.sleep()
         board.run_for(seconds)
 
     def now_s() -> float:

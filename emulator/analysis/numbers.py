@@ -15,7 +15,8 @@ from fcu_emulator.emulator.analysis.recorder import LabLine, ValueRange
 
 _FEWEST = 2  # minimum number of wrong lines
 _SHARE = 0.9  # minimum share of the lines that a mistake must explain
-_NARROW = 3  # multiplies the distance from the truth, so that random numbers do not count as a wrap
+# factor of the distance from the truth for a wrap, because random numbers must not count as a wrap
+_NARROW = 3
 AXES = ("x", "y", "z")
 
 
@@ -318,7 +319,7 @@ def _swapped(raw: int) -> int:
 
 
 def _around(value: float, group: Group) -> range:
-    """Return the raw values for which firmware may print ``value``, possibly truncated."""
+    """Return the raw values that firmware may print as ``value``, with or without truncation."""
     slack = math.ceil(1 / group.per_lsb) if group.per_lsb < 1 else 0
     raw = round(value / group.per_lsb)
     return range(raw - slack, raw + slack + 1)

@@ -66,7 +66,7 @@ class LabLine:
 
 @dataclass(frozen=True)
 class Lights:
-    """LEDs, with pitch and roll in degrees by the lab's formula from the true force."""
+    """States of the LEDs, with pitch and roll in degrees, computed from the true force by the lab's formula."""
 
     at_s: float
     pitch: float
@@ -163,7 +163,7 @@ class TruthRecorder:
         return float(self._start_ps - -late_ps // _LOOK_PS * _LOOK_PS) / PS_PER_S
 
     def _look_at_callback(self, handled: Sequence[str], timer: str) -> None:
-        """Count a poll, except in fault handlers: a callback remains active if a fault interrupts it."""
+        """Count a poll, except in fault handlers, because an interrupted callback remains active in a fault handler."""
         if _FAULTS.isdisjoint(handled):
             self.looks_at_callback += 1
             self.callback_seen += any(timer in name for name in handled)

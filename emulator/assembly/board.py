@@ -76,7 +76,7 @@ class Board:
     HEX or BIN file, a callable that takes the HAL, or None for sensors only.
     ``scenario``: a name, a path or a loaded scenario. The scenario's firmware is the default.
     ``wiring``: ``"lab3"`` (all sensors on I2C2), ``"fcu001v1"`` (SPI2, as on the real board), or
-    None to select the wiring by the firmware's symbols or a trial.
+    None to select the wiring by the firmware's symbols or by a trial run.
     ``seed``: selects offsets and noise. The default is the scenario's seed, else 0.
     ``ideal``: sensors without errors, on a board without iron.
     ``cold_start``: if True, the supply is off before t = 0, and the board warms up. The LSM6DSL does
@@ -338,7 +338,7 @@ class Board:
     ) -> bool:
         board = cls(firmware, wiring=wiring.name, ideal=True, crystal_hz=crystal_hz)
         arm = board._built("a trial")
-        with suppress(FcuError):  # the real run will report it
+        with suppress(FcuError):  # the run after this trial will report the error
             while board.now_s < _LONGEST_TRIAL_S:
                 board.run_for(_TRIAL_STEP_S)
                 if any(one.result == "ok" and one.device for one in board.recent_transfers()):
@@ -350,7 +350,7 @@ class Board:
 
     def _boot(self, choice: Choice) -> Backend:
         signals = self.signals
-        self._end_firmware: Callable[[], object] = bool  # bool() has no effect
+        self._end_firmware: Callable[[], object] = bool  # by default, the end of the firmware has no effect
         if choice.image is not None:
             from fcu_emulator.emulator.chip.firmware import ArmFirmware
 

@@ -163,7 +163,7 @@ class PinWatch:
             pin.on_wire = partial(self._wire, pin)
 
     def _wire(self, pin: Pin) -> None:
-        self._part.catch_up(self._clock.now_ps)  # past edges are not reported
+        self._part.catch_up(self._clock.now_ps)  # edges before this time are not reported
         pin.observe(partial(self._record, f"{self._part.NAME}.{pin.name}"))
         self._part.watch(self._arm)
         self._arm()

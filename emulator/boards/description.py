@@ -228,7 +228,7 @@ class BoardErrors(PartErrors):
     examples/ahrs_fusion_usb, and an ArduPilot autopilot (diydrones.com, "compass calibration always
     above 150"). Half of their offsets exceed 115 mgauss. Their soft iron is 6 % along an axis and
     2.4 % between axes. The figures here are smaller, because the errors of the sensor itself are
-    selected separately. The quartz is exact unless ``hse_ppm`` is set.
+    selected separately. The crystal is exact unless ``hse_ppm`` is set.
     """
 
     PART: ClassVar[str] = "board"

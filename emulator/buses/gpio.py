@@ -1,8 +1,8 @@
 """The board's pins (RM0368 section 8).
 
 A pin is low if any output drives it low. Without outputs, the pull resistor sets the level. A
-floating input reads 0; on the real board it reads noise. The trace shows edges of the chip's outputs,
-and a released pin as 1.
+floating input reads 0; on the real board it reads noise. The trace shows the edges of the chip's
+outputs; it shows a released pin as 1.
 
 Decision: two conflicting outputs on a pin are not an error but give 0, because no exercise can
 short outputs on this board.
@@ -40,7 +40,7 @@ class ChipPins(Protocol):
     """The chip's pins, which report edges by :meth:`Gpio.show_edge`."""
 
     def side(self, port: str, pin: int) -> tuple[int | None, int | None, int | None]:
-        """Return output level, pull level and alternate function."""
+        """Return a pin's output level, pull level and alternate function."""
         ...
 
     def drive(self, port: str, pin: int, level: int | None) -> None:

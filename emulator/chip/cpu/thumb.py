@@ -1,4 +1,4 @@
-"""A decoder of Thumb instructions, as far as a diagnosis needs it (ARMv7-M ARM A5)."""
+"""A decoder of those properties of Thumb instructions that a diagnosis needs (ARMv7-M ARM A5)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Flow(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Instruction:
-    """An instruction. ``stores``: it changes more than R0 to R12, SP, LR, PC and xPSR."""
+    """An instruction. ``stores``: it changes something besides R0 to R12, SP, LR, PC and xPSR."""
 
     size: int
     flow: Flow = Flow.NEXT

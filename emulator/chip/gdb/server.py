@@ -112,7 +112,7 @@ class GdbServer:
         found = select.select(waiting, [], [], patience_s)[0]
         if (
             self._client in found
-        ):  # the debugger may leave in this step; a new connection is accepted after it
+        ):  # the debugger may disconnect in this step; a new connection is accepted only after the step
             found = [ready for ready in found if ready is not self._listener]
         for ready in found:
             if ready is self._listener:

@@ -113,7 +113,7 @@ _WATCH = {PointKind.WRITE: b"watch", PointKind.READ: b"rwatch", PointKind.ACCESS
 
 
 class DebuggerExit(Enum):
-    """How a debugger leaves."""
+    """The ways in which a debugger ends its session."""
 
     DETACHED = "detached"
     KILLED = "killed"
@@ -122,7 +122,7 @@ class DebuggerExit(Enum):
 class GdbSession:
     """Answers packets about one target.
 
-    ``halted``: the target is stopped. ``ended``: how the debugger has left, or None.
+    ``halted``: the target is stopped. ``ended``: how the debugger has ended the session, or None.
     """
 
     def __init__(self, target: Target, monitor: Callable[[str], str], send: Callable[[bytes], None]) -> None:

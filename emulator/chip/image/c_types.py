@@ -177,7 +177,7 @@ def member_at(kind: CType, offset: int) -> str:
 
 
 class TypeReader:
-    """Creates each C type only one time. Raises DebugInfoError."""
+    """Creates each C type only once. Raises DebugInfoError."""
 
     def __init__(self, info: DebugInfo) -> None:
         self._info = info
@@ -273,7 +273,7 @@ def _base(entry: DebugEntry) -> CType:
 
 
 def _count(subrange: DebugEntry) -> int:
-    """Return the number of elements. GCC gives the highest index instead, which is -1 without elements."""
+    """Return the number of elements. GCC gives the highest index instead, which is -1 for an array without elements."""
     count = subrange.number(_AT_COUNT)
     if count is None:
         highest = subrange.number(_AT_UPPER_BOUND)

@@ -1,7 +1,7 @@
 """Names and lines of a program. Damaged parts cause only a note.
 
-Decision: the symbol table is indexed on its first use, in one pass. Runs that never use it have no
-cost.
+Decision: the symbol table is indexed on its first use, in one pass. It costs nothing in runs that
+never use it.
 """
 
 from __future__ import annotations
@@ -146,7 +146,8 @@ class SymbolTable:
         return functions
 
     def _gap(self, index: int) -> int:
-        """Return the distance to the next function, because functions in assembly may have no size."""
+        """Return the distance to the next function. It replaces the size of a function in assembly, which may
+        be missing."""
         start = self._functions[index].start
         if index + 1 < len(self._functions):
             return self._starts[index + 1] - start

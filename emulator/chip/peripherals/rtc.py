@@ -1,8 +1,8 @@
 """RTC: calendar, alarms, wake-up timer, backup registers, write protection (RM0368 section 17).
 
-INITF, RSF, WUTWF and ALRxWF are set immediately; on the chip this takes two RTC clocks. An invalid date
-carries over into the next unit: 31 June is 1 July. Notes report tamper, time stamp, calibration and
-12 hour format as not modelled.
+INITF, RSF, WUTWF and ALRxWF are set immediately; on the chip this takes two RTC clocks. The excess of
+an invalid date is carried over to the next unit: 31 June becomes 1 July. Notes report tamper, time
+stamp, calibration and 12 hour format as not modelled.
 """
 
 from __future__ import annotations

@@ -80,7 +80,7 @@ HAL_StatusTypeDef HAL_SPI_Transmit(SPI_HandleTypeDef *hspi, const uint8_t *pData
   return status;
 }
 
-/* Written without .rept, because the compiler counts lines to find out how far a branch over
+/* The lines do not use .rept, because the compiler counts lines to find out how far a branch over
  * these instructions must reach. */
 #define EIGHT_DSB "dsb\n\tdsb\n\tdsb\n\tdsb\n\tdsb\n\tdsb\n\tdsb\n\tdsb\n\t"
 

@@ -1,7 +1,7 @@
 /* The instructions from AND to CMP with each kind of second operand (ARMv7-M ARM A5.3.1, A5.3.11).
  *
- * Macros generate a function for each combination, so that no choice is left at run time. Operands are read before
- * results are written, because register d may be the same as n or m.
+ * Macros generate a function for each combination, so that nothing must be selected at run time. Operands are read
+ * before results are written, because register d may be the same as n or m.
  */
 #include "cpu/operations.h"
 

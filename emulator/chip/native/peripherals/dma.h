@@ -13,7 +13,7 @@ typedef struct {
   /* length: initial NDTR. It is loaded into NDTR again in a circular transfer, and when firmware enables a
    * completed stream. moved: items moved so far. size and steps are in bytes. */
   uint32_t length, moved, size, peripheral_step, memory_step;
-  int64_t copy_ps;   /* end of a memory-to-memory transfer */
+  int64_t copy_ps;   /* time at which a memory-to-memory transfer ends */
   enum Request line; /* the line that the stream serves */
 } DmaStream;
 

@@ -27,7 +27,7 @@ typedef struct {
   UsartFrame frame;
 
   UsartRun run;
-  int64_t txe_ps, idle_ps; /* times when DR is empty, and when the line is idle */
+  int64_t txe_ps, idle_ps; /* times at which DR becomes empty and the line becomes idle */
   int64_t tc_ps;           /* time when TC is set */
   int16_t pending_byte;    /* byte that waits until TE and UE are set; -1: none */
   uint8_t sr_read;         /* SR was read after the latest write of DR: the next write of DR clears TC */
