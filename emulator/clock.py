@@ -23,7 +23,7 @@ from fcu_emulator.emulator.text import shown
 PS_PER_S: Final = 10**12
 PS_PER_MS: Final = 10**9
 PS_PER_US: Final = 10**6
-NEVER_PS: Final = 1 << 62  # beyond any run: 53 days
+NEVER_PS: Final = 1 << 62  # later than the end of any run: 53 days
 
 
 def to_ps(seconds: float) -> int:
@@ -84,7 +84,7 @@ class Clock:
     def schedule(self, at_ps: int, action: Callable[[], None], *, last: bool = False) -> Event:
         """Call ``action()`` at ``at_ps``, or now if ``at_ps`` is past.
 
-        ``last``: after all other events of the same time.
+        ``last``: call it after all other events of the same time.
         """
         event = Event(action)
         if len(self._queue) >= self._purge_at:

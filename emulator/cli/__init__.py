@@ -137,7 +137,7 @@ def _execute(arguments: Sequence[str]) -> ExitCode | int:
         try:
             code = cli.main(list(arguments), prog_name="fcu", standalone_mode=False, obj=arguments)
         except SystemExit as error:
-            if _COMPLETION in os.environ:  # click answers and exits
+            if _COMPLETION in os.environ:  # click prints the completions and exits
                 return int(error.code or 0)
             return ExitCode.READER_GONE  # click exits with 1 on a broken pipe
         return code if isinstance(code, int) else ExitCode.PASSED

@@ -263,7 +263,7 @@ def _close_views(views: list[View], say: Callable[[str], None]) -> None:
 
 
 def _close(view: View) -> None:
-    with suppress(OutputError):  # the run has failed already
+    with suppress(OutputError):  # another error has ended the run and will be reported
         view.close()
 
 

@@ -90,7 +90,7 @@ class RunRecord:
             self._file.write("\n")
             self._file.flush()
         except OSError as failure:
-            with suppress(OSError):  # would fail again
+            with suppress(OSError):  # closing the file would fail again
                 self._file.close()
             raise OutputError(f"--json {self._path}: {failure.strerror or failure}") from failure
 

@@ -1,6 +1,6 @@
 """Output of ``fcu run`` on stderr: progress, explanation of a failure, summary.
 
-Firmware is diagnosed after three virtual seconds without output, and again each time the silence
+Firmware is diagnosed after three virtual seconds without output, and again each time this period
 has doubled.
 """
 

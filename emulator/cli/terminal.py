@@ -76,7 +76,9 @@ class _TcpPort:
     def write(self, data: bytes) -> None:
         while (
             data
-        ):  # the timeout of reads also stops writes; sendall would not return the number of sent bytes
+            # the timeout of reads also ends writes; after a timeout, sendall would not return the number of
+            # sent bytes
+        ):
             with contextlib.suppress(TimeoutError):
                 data = data[self._socket.send(data) :]
 

@@ -1,4 +1,4 @@
-"""Compare the formulas of a lab with the values in firmware, and find the formula used instead.
+"""Compare the formulas of a lab with the values in firmware, and find the formula that the firmware uses instead.
 
 Decision: a mistake is reported only if it explains the printed numbers. A typical mistake in one
 formula is proven if the later formulas give the printed numbers in every pose. A value in a
@@ -211,7 +211,8 @@ class Alignment:
     ) -> list[Mistake]:
         values = self._values(formulas)
         suspects = self._suspects(formulas, output, values)
-        suspects.sort(key=lambda name: not self._differs(values[name]))  # many mistakes explain a constant
+        # many different mistakes can explain a number that is constant
+        suspects.sort(key=lambda name: not self._differs(values[name]))
         if depth == _MOST_MISTAKES:
             exchanged = self._other_step(formulas, output, output, printed)
             if exchanged is not None:
@@ -338,7 +339,7 @@ class Alignment:
         output: str,
         printed: PrintedNumbers,
     ) -> tuple[int, Node] | None:
-        """Return the formula with a constant that gives the printed numbers, and its number of digits."""
+        """Return the formula with a constant that gives the printed numbers, and the constant's number of digits."""
         wanted = float(printed.values[0])
         if self._tried > _MOST_TRIED or not math.isfinite(wanted):
             return None

@@ -138,7 +138,8 @@ class Probe:
         return Probed({name: np.array(every) for name, every in read.items()}, logs, lines, memory)
 
     def _run_until_read(self, inputs: Collection[InputRegister]) -> _Bytes:
-        """Run the board until the firmware has read all inputs and repeats its reads, or for the longest time."""
+        """Run the board until the firmware has read all inputs and repeats its reads, or until the longest
+        time is over."""
         seen: _Bytes = {}
         before: _Bytes = {}
         for _ in range(round(_START_S / _PIECE_S)):
@@ -219,7 +220,7 @@ def _watched_run(board: Board, seen: _Bytes, seconds: float) -> None:
 
 
 def _run_until_printed(board: Board) -> None:
-    """Wait for a pause in the output, then run until the next output has ended; at most for the longest time."""
+    """Wait for a pause in the output, then run until the next output has ended, or until the longest time is over."""
     has_been_silent = has_printed = False
     for _ in range(round(_LOGGED_S / _PIECE_S)):
         before = board.terminal.position

@@ -1,14 +1,14 @@
 """Build submitted source: compile the student's C files with this project's Makefile, in a sandbox.
 
 Source code can include any file, so the compiler runs under bubblewrap with limits and without network.
-With ``sandbox=False`` only the limits apply, and root compiles as the user ``nobody``.
+With ``sandbox=False`` only the limits apply; if fcu runs as root, the compiler runs as the user ``nobody``.
 
 Decision: the support layer is compiled only one time and copied into each build, so that a build
 takes a tenth of the time. A container for each build was rejected: it needs a privileged service.
 
 Decision: after a failed build, a control program is compiled, and then the submission again,
-because the machine must never cause the result "does not compile". Searching the messages was
-rejected, because source code can produce the same messages.
+because the machine must never cause the result "does not compile". Searching the messages for the
+cause was rejected, because source code can produce the same messages.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ _TWICE = re.compile(
     r" (\S+\.o:)?(?P<there>[\w+.-]+\.c)?"
 )
 _UNDEFINED = re.compile(r"(?m)^(?P<where>[\w+.-]+\.c(:\d+)?)?\S* undefined reference to [`'](?P<name>[^']+)'")
-_A_FILE = "another file"  # used if the linker names no file
+_A_FILE = "another file"  # shown if the linker does not name the file
 _LINKER = re.compile(r"(?m)^(?:/\S*/)?(?:arm-none-eabi-)?ld: (?:in function [`'].*:$\n?)?")
 _OBJECT = re.compile(r"\bbuild/\w+/(\w[\w+.-]*)\.o\b")
 _LIMITED = (

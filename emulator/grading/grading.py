@@ -1,4 +1,4 @@
-"""Grading of a class: every submission from its file to its verdict.
+"""Grading of a class: from the file of each submission to its verdict.
 
 Each submission is processed in a thread. Only a few threads run at the same time.
 """

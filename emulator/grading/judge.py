@@ -164,7 +164,7 @@ class _Outcome:
 
 
 class _Follow:
-    """Reporter of progress. Runs in other processes only report their ends, in any order."""
+    """Reporter of progress. A run in another process reports only its end; the ends come in any order."""
 
     def __init__(
         self, rubric: Rubric, tasks: Sequence[_RunTask], report: Callable[[JudgeProgress], None]
@@ -475,7 +475,7 @@ class _JudgedRun:
 
     def _replay(self) -> str:
         if names_files(self.scenario.contents.timeline):
-            return ""  # only the author has these files
+            return ""  # only the author of the scenario has these files
         expected = [one for check in self.checks for one in check.expect]
         known = [one for one in expected if isinstance(one, Expectation) and not isinstance(one, ExpectText)]
         others = dict.fromkeys(one.kind for one in expected if one not in known)

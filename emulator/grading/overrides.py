@@ -75,7 +75,8 @@ def with_overrides(graded: Graded, overrides: tuple[Override, ...]) -> Graded:
         verdict = verdict.model_copy(update={"checks": checks})
     changed: dict[str, object] = {"overrides": overrides, "verdict": verdict}
     changed["late_penalty"] = points.get(LATE_PENALTY, graded.late_penalty)
-    if graded.status == "partly" and verdict is not None and verdict.counts:  # no points are missing now
+    # with the overrides, all points are known
+    if graded.status == "partly" and verdict is not None and verdict.counts:
         changed |= {"status": "judged", "reason": ""}
     return graded.model_copy(update=changed)
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> None:
-    """Report a failed test with the wrong formula that causes the firmware's numbers."""
+    """Add to the report of a failed test the wrong formula that causes the firmware's numbers."""
     if call.when != "call" or call.excinfo is None or call.excinfo.errisinstance(pytest.skip.Exception):
         return
     board: Any = getattr(item, "funcargs", {}).get("board")

@@ -154,7 +154,7 @@ def _newest(path: Path) -> datetime:
 
 
 class _Resolved(NamedTuple):
-    """An entry and its student. ``sure``: False if the student was found by a freely chosen name."""
+    """An entry and its student. ``sure``: False if the student was found by a name that students can choose."""
 
     entry: SubmittedEntry
     student: Student

@@ -1,4 +1,4 @@
-"""Trial programs that do not solve a lab. If they earn points, the rubric gives these points away.
+"""Trial programs that do not solve a lab. If they earn points, the rubric gives these points without a solution.
 
 They are the template, and programs that print nothing or only zeros.
 

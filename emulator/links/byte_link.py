@@ -40,7 +40,7 @@ class ByteLink(Protocol):
         ...
 
     def undelivered(self) -> int:
-        """Return the number of bytes that an attached reader or file missed."""
+        """Return the number of bytes that did not reach an attached reader or file."""
         ...
 
 

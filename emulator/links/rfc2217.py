@@ -33,7 +33,7 @@ TOLERANCE = 0.0333
 
 
 class _Line:
-    """Settings of the port that ``PortManager`` manages. Its input lines are always active."""
+    """Settings of the port that ``PortManager`` manages. The port's input lines are always active."""
 
     cts = dsr = cd = True
     ri = False

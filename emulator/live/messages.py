@@ -46,7 +46,7 @@ class PageCommand:
 
 @dataclass(frozen=True)
 class Do(PageCommand):
-    """Perform a timeline entry without ``at``. ``State.done`` confirms its ``id``."""
+    """Perform a timeline entry, which must not have the key ``at``. ``State.done`` confirms its ``id``."""
 
     entry: dict[str, Any]
     id: int = 0
@@ -262,7 +262,7 @@ class Checked(SessionEvent):
 
     ``state``: ``checking``, ``done``, ``begun``, ``not yet``, ``unjudged`` or ``error``. ``checks``
     have title, outcome, expected, seen, hint. ``causes`` have kind, summary, details, fatal, data.
-    ``outdated``: another firmware has been loaded since then.
+    ``outdated``: another firmware has been loaded since the judging began.
     """
 
     exercise: str

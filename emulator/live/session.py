@@ -53,7 +53,7 @@ _STEP_SLICE_PS = {"second": 10 * PS_PER_MS, "line": PS_PER_MS, "tick": PS_PER_MS
 
 _TYPED_AHEAD = 2048  # maximum number of a link's bytes that wait for the board
 _MOST_WAITING = 1000  # commands
-_MOST_UPLOADS = 2  # each with up to 11 MiB
+_MOST_UPLOADS = 2  # number of uploads that wait, each with up to 11 MiB
 
 
 class LiveSession:
@@ -266,7 +266,7 @@ class LiveSession:
 
     def _fail(self, problem: str) -> None:
         self.state, self.problem = "failed", problem
-        self._guard(self._broadcast.show_text)  # before the status marks the end
+        self._guard(self._broadcast.show_text)  # the text must come before the status, which marks the end
         self._guard(self._say_status)
         self._guard(self._broadcast.publish_findings)
 

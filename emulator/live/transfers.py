@@ -102,7 +102,7 @@ def _transfer(board: Board, transfer: BusTransfer) -> dict[str, Any]:
     }
 
 
-# -- The samples in them ------------------------------------------------------------------------------------
+# -- The samples in the transfers ---------------------------------------------------------------------------
 
 
 def samples(board: Board, latest: Sequence[BusTransfer]) -> dict[str, list[float]]:

@@ -106,7 +106,7 @@ class VirtualHal(HalGpio):
         except I2CError as error:
             return self._i2c_failed(error), b""
         end_ps = bus.end_ps
-        if clock.next_ps > end_ps:  # no event in between, the usual case at 800 Hz
+        if clock.next_ps > end_ps:  # no event during the transfer, the usual case at 800 Hz
             clock.now_ps = end_ps
         else:
             self._transfer()

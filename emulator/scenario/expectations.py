@@ -438,7 +438,8 @@ class ExpectPrinted(_Number):
 
 
 class ExpectWithin(_Number):
-    """Each print is from ``min`` to ``max``. At least two prints differ by ``min_difference`` or more."""
+    """Each printed number is from ``min`` to ``max``. The largest and the smallest differ by at least
+    ``min_difference``."""
 
     RENAMED: ClassVar[Mapping[str, str]] = {"least": "min", "most": "max", "apart": "min_difference"}
 

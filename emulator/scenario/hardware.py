@@ -396,7 +396,7 @@ class ExpectTicks(Expectation):
 
 
 class ExpectHardIron(Expectation):
-    """At the end, the centre in MagCalibration equals the board's hard iron on each axis."""
+    """At the end of the run, the centre in MagCalibration equals the board's hard iron on each axis."""
 
     kind: Literal["hard_iron"]
     within_mgauss: float = Field(ge=0)

@@ -394,7 +394,7 @@ def _value_problem(kind: str, context: dict[str, Any], problem: Any) -> str:
 
 
 def _bound(context: Mapping[str, Any], key: str, word: str, other_key: str, other_word: str) -> str:
-    """Describe a limit from an error of pydantic in words."""
+    """Describe in words the limit that an error of pydantic contains."""
     return f"{word} {context[key]:.15g}" if key in context else f"{other_word} {context[other_key]:.15g}"
 
 

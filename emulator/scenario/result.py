@@ -126,7 +126,7 @@ class Result:
 
     @property
     def passed(self) -> bool:
-        """Whether the run ended regularly and met every expectation."""
+        """Whether the run ended normally and met every expectation."""
         return not self.findings
 
     @property

@@ -392,8 +392,8 @@ def _largest(errors: Iterable[float]) -> float:
 def _flag(field: str, line: PrintedLine) -> str:
     """Return a note for an angle printed while the board accelerated.
 
-    The slides' check of the modulus does not detect sideways acceleration: 0.36 g turns the
-    vertical by 20 degrees, but the modulus is 1.06 g.
+    The slides' check of the modulus does not detect sideways acceleration: an acceleration of 0.36
+    g turns the vertical by 20 degrees, but the modulus is 1.06 g.
     """
     if field not in ANGLES:
         return ""

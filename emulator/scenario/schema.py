@@ -1,7 +1,7 @@
 """Schema of scenario files, version 1.
 
 Decision: scenarios are TOML files, because the standard library reads TOML, and TOML has comments
-and no implicit typing. Pydantic gives key paths in errors, and the JSON schema.
+and no implicit typing. Pydantic provides the JSON schema, and key paths in errors.
 """
 
 from __future__ import annotations
