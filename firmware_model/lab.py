@@ -210,7 +210,8 @@ class Lab3(LabFirmware):
         self.ReadSensorRawData()
         MagCalibration(self.mag, self.mag_min, self.mag_max)
         angles = eCompass(self.acc, self.mag, self._mu)
-        if angles is not self._angles:  # otherwise pins and variables are up to date
+        # if eCompass returns the same object, pins and variables are up to date
+        if angles is not self._angles:
             self._angles = angles
             self.pitch, self.roll, self.azimuth = angles
             self._show_tilt()

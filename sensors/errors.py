@@ -126,7 +126,8 @@ def fixed(doc: str, unit: str, value: float, source: str, allowed: tuple[float, 
 
 @dataclass(frozen=True)
 class PartErrors:
-    """Base class of a sensor's errors, by default ideal. ``PART``: the sensor's name, which enters the random seed."""
+    """Base class of a sensor's errors, by default ideal. ``PART``: the sensor's name, which is a part of the
+    random seed."""
 
     PART: ClassVar[str]
 

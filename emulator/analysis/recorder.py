@@ -24,7 +24,7 @@ from fcu_emulator.emulator.scenario.run_view import FORMATS, TRUTH, lab_angles
 
 SETTLE_S = 0.15
 _LOOK_PS = Fraction(487 * PS_PER_MS, 100)
-"""Not a multiple of the callback's period."""
+"""Interval of the samples, which is not a multiple of the callback's period."""
 _INSTANTS = 9
 _LINES_KEPT, _LIGHTS_KEPT = 1_000, 4_000
 _REST_KEPT = 4096  # bytes

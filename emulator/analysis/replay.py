@@ -35,7 +35,7 @@ from fcu_emulator.emulator.trace import BusTransfer, GpioEdge, TerminalBytes, Tr
 
 _LF = ord("\n")
 _LOADED_PS = 2 * PS_PER_US
-"""More than the times that the supplied solution needs: 0.3 us from the last bit of a text until the loop
+"""This time is longer than the times that the supplied solution needs: 0.3 us from the last bit of a text until the loop
 reads its variables, and 1.6 us from the timer's interrupt until the callback's first transfer.
 """
 

@@ -25,7 +25,7 @@ LevelCallback: TypeAlias = Callable[[int], None]
 _PORTS = "ABCDEH"  # the STM32F401 has no port F and G (RM0368 section 2.3)
 _PIN_NAME = re.compile(rf"P([{_PORTS}])(1[0-5]|[0-9])")
 BUTTON_S: Final = 0.1
-"""Duration of a press without another duration."""
+"""Default duration of a press."""
 
 
 def parse_pin(name: str) -> tuple[str, int]:

@@ -74,11 +74,9 @@ class _TcpPort:
             return None
 
     def write(self, data: bytes) -> None:
-        while (
-            data
-            # the timeout of reads also ends writes; after a timeout, sendall would not return the number of
-            # sent bytes
-        ):
+        # the timeout of reads also ends writes; after a timeout, sendall would not return the number of
+        # sent bytes
+        while data:
             with contextlib.suppress(TimeoutError):
                 data = data[self._socket.send(data) :]
 

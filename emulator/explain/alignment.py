@@ -40,7 +40,8 @@ _MOST_MISTAKES: Final = 2
 _MOST_TRIED: Final = 5_000
 """Maximum number of formulas to try for one printed number. These trials take about a second."""
 _LOOSE: Final = 1e-3
-"""If the tolerance is above this share of the value, equality proves nothing (sine of a large number)."""
+"""If the tolerance is above this share of the value, equality proves nothing (for example, for the sine of a
+large number)."""
 _FIRST: Final = 5
 """Maximum number of candidates for the first of two mistakes."""
 _VALUE_FACTORS: Final = (2.0, 0.5, 10.0, 0.1, 100.0, 0.01, 1000.0, 0.001)

@@ -116,7 +116,7 @@ class _Explainer:
         self._best: dict[tuple[int, ...], Alignment] = {}
         self._mistaken: list[_Mistaken] = []
         self.merged: set[Mistake | WrongState] = set()
-        """Mistakes that a wrong value found later explains."""
+        """Mistakes that are explained by a wrong value, which was found later."""
 
     def explain(self, output: ShownNumber) -> Iterator[Explanation]:
         """Yield the mistakes in an output, except mistakes of earlier outputs.

@@ -58,7 +58,7 @@ _START_S: Final = 2.3
 _SETTLE_S: Final = 0.2
 """Time to settle, enough for two samples of a sensor at 10 Hz."""
 _USED_S: Final = 0.1
-"""Time to use variables, one sample of a sensor at 10 Hz."""
+"""Time in which the firmware uses its variables: one sample of a sensor at 10 Hz."""
 _WORD, _PC = 4, 15
 _READ_S: Final = 0.1
 """Time for reads, longer than the time between two reads of the slowest sensor."""

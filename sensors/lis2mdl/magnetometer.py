@@ -8,7 +8,7 @@ Decisions: the filter LPF of the LIS2MDL is the mean of two measurements. It has
 noise as in Table 3. LPF has no effect on single measurements.
 
 Decisions where the documents are silent: the 63 samples are counted from the pulse at which the sensor leaves
-idle; alternation continues from the latest polarity. Offsets left by strong fields are not modelled.
+idle; set and reset pulses continue to alternate from the latest polarity. Offsets left by strong fields are not modelled.
 """
 
 from __future__ import annotations

@@ -36,7 +36,8 @@ class Streams:
     def start(self, now_ps: int, first_delay_ps: int, rate: Fraction | None, *, temperature: bool) -> None:
         """Leave idle: take one sample after ``first_delay_ps``, then sample at ``rate``."""
         self.pulses.leave_idle(self.next_number())
-        self.compared.index = self.field.index  # equal numbers in both, even if ``compared`` was not read
+        # the samples of both streams have equal numbers, even if ``compared`` was not read
+        self.compared.index = self.field.index
         self.temperature.stop()
         running = (
             (self.field, self.compared, self.temperature) if temperature else (self.field, self.compared)

@@ -299,7 +299,7 @@ _GYROSCOPE_SLEEPS, _GYROSCOPE_OFF = 2, 3  # INACT_EN
 
 
 class Activity:
-    """``inactive``: SLEEP_STATE_IA; ``enabled``: INACT_EN is not 0."""
+    """Detector of inactivity. ``inactive``: SLEEP_STATE_IA; ``enabled``: INACT_EN is not 0."""
 
     def __init__(self) -> None:
         self.inactive = False

@@ -292,7 +292,7 @@ class LSM6DSL(Sensor):
                 at_ps, "forbidden", "int2-driven", "INT2 driven from outside while it is an output"
             )
             return
-        self.version[0] += 1  # ends the trains
+        self.version[0] += 1  # a new version ends the trains of samples
         self.catch_up(at_ps)
         self._measuring.refresh(at_ps)
         self._features.data_enable.level_changes(level, at_ps)

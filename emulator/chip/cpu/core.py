@@ -20,7 +20,7 @@ from fcu_emulator.emulator.trace import Fault as FaultEvent
 from fcu_emulator.emulator.trace import Trace
 
 CYCLES_PER_INSTRUCTION: Final = Fraction(13, 10)
-"""The default; cycle_clock.h gives the reasons."""
+"""The default number; cycle_clock.h gives the reasons for it."""
 RESETS_KEPT: Final = 10_000
 _REASONS: Final = ("", "SYSRESETREQ", "PIN", "IWDG", "WWDG", "power-on")
 """The reasons of enum ResetReason in run_loop.h, and the reasons that come from Python."""
