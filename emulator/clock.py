@@ -60,8 +60,8 @@ class Clock:
     ``next_ps`` is the time of the earliest event, and ``deferred_ps`` is the time of the
     earliest deferred call; ``NEVER_PS`` means none.
 
-    Deferred calls do not stop a run. They are executed in order, with the next event or by
-    ``settle()``. During a deferred call, ``now_ps`` is the call's planned time.
+    Deferred calls do not stop a run. These calls are executed in order of time, at the next event
+    or by ``settle()``. During a deferred call, ``now_ps`` is the call's planned time.
     """
 
     def __init__(self) -> None:

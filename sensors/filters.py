@@ -6,7 +6,7 @@ documented cut-off, because no datasheet gives order or shape.
 A cascade runs as a state-space system, without a loop; scipy's ``sosfilt`` would add 30 MB.
 
 Decision: a filtered sample is a pure function of its number (:class:`SampledFilter`). Each segment of sixteen or more
-pages begins with a warm-up. So a reader that skips an hour computes one segment only.
+pages begins with a warm-up. So if a reader skips an hour, only one segment is computed.
 """
 
 from __future__ import annotations

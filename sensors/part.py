@@ -1,6 +1,6 @@
 """Base of all sensors: signals, registers, and the I2C protocol (LSM6DSL datasheet 6.2, LIS2MDL 6.1, LPS22HB 7.2).
 
-Decision: a sensor that loads its trimming values after power-on does not acknowledge its address. The documents only
+Decision: while a sensor loads its trimming values after power-on, it does not acknowledge its address. The documents only
 say "not accessible" (AN5040 5.7, AN5069 3).
 """
 

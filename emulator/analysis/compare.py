@@ -65,8 +65,8 @@ class Rules:
 class Difference:
     """A difference at entry ``index``.
 
-    ``first`` and ``second`` are the runs' entries, or None if missing. ``before`` holds the
-    preceding equal pairs.
+    ``first`` and ``second`` are the runs' entries, or None if missing. ``before`` holds the pairs
+    of equal entries before the difference.
     """
 
     sequence: str

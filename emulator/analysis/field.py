@@ -1,6 +1,6 @@
 """Comparison of the changes of MAG with the true changes, because raw and calibrated values differ by a constant.
 
-Decision: a board that has not been turned far enough gets no hint about MAG, because the
+Decision: if the board has not been turned far enough, there is no hint about MAG, because the
 calibration still changes.
 """
 

@@ -55,7 +55,7 @@ _Cause = TypeVar("_Cause", bound=_HasData)
 def explain(board: Board, recorder: TruthRecorder, after_failure: bool = False) -> list[Diagnosis]:
     """Return the firmware's problems in this run.
 
-    ``after_failure`` adds problems of the sensors' set-up to a fatal problem.
+    ``after_failure``: after a fatal problem, also return problems of the sensors' set-up.
     """
     found = board.chip.findings() if board.chip is not None else []
     lines = list(recorder.lines)

@@ -297,9 +297,9 @@ class Board:
     ) -> Any:
         """Call a C function of compiled firmware, and return its result.
 
-        Numbers are passed by value. For a pointer parameter, give an address, a string, bytes, a structure's
-        members (mapping, object or sequence), or a sequence of values to point to. Changes of these
-        values are copied back to lists, dictionaries, objects and byte arrays. After the
+        Numbers are passed by value. For a pointer parameter, pass an address, a string, bytes, a structure's
+        members (mapping, object or sequence), or a sequence of values to which the pointer will point.
+        Changes of these values are copied back to lists, dictionaries, objects and byte arrays. After the
         call, the chip is restored, unless ``keep`` is set.
 
         ``max_instructions`` limits functions that compute; ``timeout_s`` (virtual time) limits

@@ -226,9 +226,10 @@ class BoardErrors(PartErrors):
     Steel adds a constant field (hard iron) and distorts the Earth's field (soft iron); the seed
     selects both. Sources: published calibrations of eight other boards, such as Adafruit_AHRS,
     examples/ahrs_fusion_usb, and an ArduPilot autopilot (diydrones.com, "compass calibration always
-    above 150"). Half of their offsets exceed 115 mgauss. Their soft iron is 6 % along an axis and
-    2.4 % between axes. The figures here are smaller, because the errors of the sensor itself are
-    selected separately. The crystal is exact unless ``hse_ppm`` is set.
+    above 150"). Half of the offsets of these boards exceed 115 mgauss. The soft iron of these
+    boards is 6 % along an axis and 2.4 % between axes. The figures here are smaller, because the
+    errors of the sensor itself are selected separately. The crystal is exact unless ``hse_ppm`` is
+    set.
     """
 
     PART: ClassVar[str] = "board"

@@ -126,7 +126,7 @@ class Gpio:
     # -- the chip's side --------------------------------------------------------------------------------
 
     def init_output(self, port: str, pin: int) -> None:
-        """Make a pin a push-pull output. Its level is 0, unless the pin was an output before."""
+        """Make a pin a push-pull output. The pin's level is 0, unless the pin was an output before."""
         self.write(port, pin, self._pins[port, pin].output or 0)
 
     def write(self, port: str, pin: int, level: int, *, open_drain: bool = False) -> None:

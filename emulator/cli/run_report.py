@@ -171,7 +171,7 @@ def received_bytes_lost(board: Board) -> int:
 
 
 def notes(board: Board) -> list[tuple[DeviceNote, int]]:
-    """Return the first note of each text, with the number of equal notes."""
+    """Return each different note once, with the number of equal notes."""
     first: dict[tuple[str, str, str], DeviceNote] = {}
     counts: Counter[tuple[str, str, str]] = Counter()
     for note in board.trace.of(DeviceNote):

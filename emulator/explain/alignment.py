@@ -291,7 +291,8 @@ class Alignment:
     def _computed(
         self, formulas: Formulas, name: str, output: str, printed: PrintedNumbers
     ) -> Mistake | None:
-        """Find an edited formula that gives the printed numbers and has logged values."""
+        """Find a formula with one typical mistake that gives the printed numbers, and whose values an
+        instruction computes."""
         for computed in edits(formulas[name], self._before(formulas, name)):
             samples = self._evaluator(computed)
             if (
@@ -303,7 +304,7 @@ class Alignment:
         return None
 
     def _edited(self, formulas: Formulas, name: str, output: str, printed: PrintedNumbers) -> Mistake | None:
-        """Find an edited formula that gives the printed numbers."""
+        """Find a formula with one typical mistake that gives the printed numbers."""
         for computed in edits(formulas[name], self._before(formulas, name)):
             if self._tried > _MOST_TRIED:
                 return None

@@ -368,7 +368,7 @@ def _is_printed(mistake: Mistake, output: ShownNumber) -> bool:
 
 
 def _is_other_value(mistake: Mistake) -> bool:
-    """Return whether the firmware uses another value instead of the step, not another formula."""
+    """Return whether the firmware uses another value instead of the step, and does not use another formula."""
     used = set(names(mistake.computed))
     is_name = isinstance(mistake.computed, Name) and used.isdisjoint(names(mistake.formula))
     return is_name or used <= {mistake.step}

@@ -37,7 +37,7 @@ class Rule:
 
 @dataclass(frozen=True, eq=False)
 class WrongState:
-    """A variable that does not keep the extreme of ``step``."""
+    """A variable that should keep the largest or smallest value of ``step``, but does not."""
 
     step: str
     variable: str

@@ -169,8 +169,8 @@ def explained_run(
 ) -> list[Diagnosis]:
     """Return the missing calls and the wrong formula that cause wrong numbers in a run, or [].
 
-    ``wrong``: the numbers to explain, if they are in visible checks of the rubric. None: all
-    numbers of visible checks.
+    ``wrong``: the numbers to explain, if they are in visible checks of the rubric; with None, all
+    numbers of visible checks are explained.
     """
     if rubric.explain is None:
         return []

@@ -226,7 +226,8 @@ def _outcome(task: _RunTask, rubric: Rubric, told: Callable[[float], None]) -> _
 
 
 def reworded(verdict: Verdict, rubric: Rubric) -> Verdict:
-    """Return the verdict with the texts of ``rubric``. The judging digests must be equal."""
+    """Return the verdict with the texts of ``rubric``. This rubric must have the same ``judging_digest`` as
+    the verdict."""
     tables = {f"{exercise.id}.{check.id}": check for exercise in rubric.exercises for check in exercise.check}
     checks = (
         result.model_copy(

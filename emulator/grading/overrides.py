@@ -1,6 +1,6 @@
 """Overrides of the teacher: points that replace the judged points, with a comment.
 
-They are in a CSV file with the columns ``id``, ``what`` (``total``, ``late penalty``, an exercise ``2``, a
+The overrides are in a CSV file with the columns ``id``, ``what`` (``total``, ``late penalty``, an exercise ``2``, a
 check ``2.pitch``), ``points`` and ``comment``.
 """
 
@@ -23,7 +23,7 @@ _COLUMNS = ("id", "what", "points", "comment")
 
 
 def load_overrides(path: Path, rubric: Rubric) -> dict[str, tuple[Override, ...]]:
-    """Return overrides by lower-case id. Raises InputError, which names file and line."""
+    """Return the overrides, keyed by the student's id in lower case. Raises InputError, which names file and line."""
     text, _ = read_csv(path)
     lines = csv.DictReader(io.StringIO(text, newline=""), delimiter=delimiter(text), strict=True)
     found: dict[str, tuple[Override, ...]] = {}

@@ -12,8 +12,8 @@ An entry has a student's name, or a name that a platform has given in its downlo
   late files ``Late Submission - ...``;
 - Gradescope: ``submission_1234/...`` beside ``submission_metadata.yml`` (needs PyYAML).
 
-Decision: only the parts of a name that a platform has added identify the student, because
-students choose file names. An ambiguous name is not divided, because a guess could give the file to another student.
+Decision: a student is identified only by those parts of a name that a platform has added, because students
+choose file names. An ambiguous name is not divided, because a guess could give the file to another student.
 """
 
 from __future__ import annotations

@@ -124,7 +124,7 @@ class Submission:
     def content(self, scratch: Path, take: Take | None = None) -> SubmittedFirmware | SubmittedSource:
         """Return the submitted program. Archives are unpacked into the empty folder ``scratch``.
 
-        ``take``: the only type to accept. None accepts both and prefers source. Raises
+        ``take``: the only type to accept. If it is None, both types are accepted, and source is preferred. Raises
         RejectedError if the submission is at fault, NotJudgedError if this machine is at fault.
         """
         if self.problem:

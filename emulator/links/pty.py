@@ -9,9 +9,9 @@ such as ``stty``, is not a reader.
 
 Decision: after a reader of the pseudo-terminal has left, text is lost as on a real wire.
 
-Decision: the emulator never keeps the slave side of the pseudo-terminal open. Then ``poll`` reports
-POLLHUP exactly while no process has this side open (pty(7)). Packet mode (ioctl_tty(2), TIOCPKT)
-reports flushes in a control byte before all data.
+Decision: the emulator never keeps the slave side of the pseudo-terminal open. Therefore ``poll``
+reports POLLHUP if and only if no process has this side open (pty(7)). Packet mode (ioctl_tty(2),
+TIOCPKT) reports flushes in a control byte before all data.
 """
 
 from __future__ import annotations

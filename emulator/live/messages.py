@@ -1,8 +1,8 @@
 """Commands and events between a page and a session.
 
-Each message is a JSON object. Its ``type`` is the class name in snake case, without the ending Command
-or Event. The other members are the fields of the class. Times are virtual seconds, and angles are degrees. Terminal
-bytes are Latin-1.
+Each message is a JSON object. The object's ``type`` is the class name in snake case, without the ending
+Command or Event. The other members are the fields of the class. Times are virtual seconds, and angles are
+degrees. Terminal bytes are Latin-1.
 """
 
 from __future__ import annotations

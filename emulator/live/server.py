@@ -1,7 +1,7 @@
 """Server of the page and its WebSocket, on 127.0.0.1 or the user's address.
 
-The server runs in a separate thread. A slow page receives fewer messages and never slows the board. A page
-that sends too fast must wait.
+The server runs in a separate thread. A slow page receives fewer messages and never slows the board. If a
+page sends too fast, it must wait.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """Session of a board in real time.
 
-One thread runs the session and owns the board. The thread calls ``publish``. This function must not block.
+One thread runs the session and owns the board. The thread calls ``publish``, which must not block.
 
-Decision: a command that changes the board becomes an event of the virtual clock, one picosecond
-after the stop of the board. The event's time is recorded, so that a replay does not depend on the
-run's slices.
+Decision: if a command changes the board, it becomes an event of the virtual clock, one picosecond
+after the time at which the board has stopped. The event's time is recorded, so that a replay does
+not depend on the run's slices.
 """
 
 from __future__ import annotations

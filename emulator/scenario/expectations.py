@@ -222,7 +222,7 @@ class ExpectText(Expectation):
 
 
 def shown_line(text: str) -> str:
-    """Return a line in the form that messages have."""
+    """Return a line in the form that is used in messages."""
     return f'"{escaped(text)}"'
 
 

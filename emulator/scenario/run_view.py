@@ -353,7 +353,7 @@ _STILL_G = 0.05
 def against_truth(field: str, lines: Sequence[PrintedLine], settle_ps: int, window: str = "") -> list[str]:
     """Return a table of prints, truth and error, and a summary. ``window`` is a part of the title.
 
-    Decision: the table has the error at the moment of printing, because this error shows the age of the number.
+    Decision: the table has the error at the moment of printing, because this error shows how old the printed number is.
     If the largest error from the nearest truth differs, an extra line shows it.
     """
     rows, judged = [], []

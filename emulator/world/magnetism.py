@@ -2,9 +2,9 @@
 
 Users give fields in NED microtesla. Inside the program, fields are in NWU mgauss (1 uT = 10 mgauss).
 
-Decision: a desk or a radiator is a sphere of soft steel. It bends a uniform field in the same way as a dipole with
-the moment R^3 B (Jackson, "Classical Electrodynamics", 5.11, for a large permeability). It may also have a
-permanent moment.
+Decision: a desk or a radiator is a sphere of soft steel. The sphere bends a uniform field in the same way as
+a dipole with the moment R^3 B (Jackson, "Classical Electrodynamics", 5.11, for a large permeability). The
+sphere may also have a permanent moment.
 """
 
 from __future__ import annotations

@@ -151,7 +151,8 @@ class Spans(Generic[P]):
             self._recent = [span for span in self._recent if span.end_s >= before_s]
 
     def forget(self, before_s: float) -> None:
-        """Drop the past events that ended before ``before_s``. Earlier times raise an error from now on."""
+        """Drop the past events that ended before ``before_s``. From now on, a query for an earlier time
+        raises an error."""
         old = bisect_left(self._past, before_s, key=_end)
         if old:
             self._oldest_s = before_s

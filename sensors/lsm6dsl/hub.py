@@ -3,9 +3,9 @@
 A trigger (data-ready at 104 Hz at most, or INT2) starts a round, in which the hub reads its slaves. All results appear
 at the end of the round. Decision: INT2 triggers when it rises, or if it is high when the hub is switched on.
 
-Decisions where the documents are silent: if a hub slave does not answer, its output bytes do not change; a trigger
-at which no slave is due starts no round; switching off aborts the round. SENSORHUB_END_OP is 1 while idle; with
-correction, it is a pulse of 1/100 s.
+Decisions where the documents are silent: if a hub slave does not answer, its output bytes do not change; if
+no slave is due at a trigger, no round starts; switching off aborts the round. SENSORHUB_END_OP is 1 while
+idle; with correction, it is a pulse of 1/100 s.
 
 Iron correction (7.5): calibrated = SI * (M - HI), uncalibrated = SI * (M - HI) + HI.
 

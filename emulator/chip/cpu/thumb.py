@@ -31,7 +31,7 @@ class Instruction:
 
 
 def decode(address: int, first: int, second: int) -> Instruction:
-    """Return an instruction. Only instructions of 32 bits need ``second``."""
+    """Return an instruction. ``second`` is needed only for instructions of 32 bits."""
     if first >> 11 in (0b11101, 0b11110, 0b11111):
         return _decode_32(address, first, second)
     return _decode_16(address, first)

@@ -64,7 +64,7 @@ def diagnose(arm: RunningFirmware) -> Diagnosis | None:
 
 
 def findings(arm: RunningFirmware) -> Iterator[Diagnosis]:
-    """Yield all problems, the worst first. After a fatal problem, no others follow."""
+    """Yield all problems, the worst first. No problem is yielded after a fatal one."""
     signals, chip = arm.signals, arm.chip
     places = Places(arm.image)
     transfers = RecentTransfers(signals)

@@ -1,7 +1,7 @@
 """The debugger's TCP socket on 127.0.0.1, served between short periods of virtual time.
 
-Decision: a debugger whose connection breaks counts as detached, so its breakpoints are removed and
-the firmware continues.
+Decision: if the connection to a debugger breaks, the debugger counts as detached: its breakpoints
+are removed, and the firmware continues.
 
 Decision: a new connection becomes the debugger only with its first valid packet. Other connections
 are closed, because any web page can send to a local port.

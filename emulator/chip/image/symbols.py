@@ -1,7 +1,7 @@
 """Names and lines of a program. Damaged parts cause only a note.
 
-Decision: the symbol table is indexed on its first use, in one pass. It costs nothing in runs that
-never use it.
+Decision: the symbol table is indexed on its first use, in one pass. If a run never uses the symbol
+table, it costs nothing.
 """
 
 from __future__ import annotations

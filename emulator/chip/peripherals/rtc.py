@@ -108,7 +108,7 @@ _BACKUP = range(rtc.BKPxR.addr, rtc.BKPxR.addr + rtc.BKPxR.count * rtc.BKPxR.ste
 
 
 class Rtc(Peripheral, declared=DECLARED["RTC"]):
-    """The real-time clock. Only a reset of the backup domain resets it."""
+    """The real-time clock. This peripheral is reset only by a reset of the backup domain."""
 
     def __init__(self, soc: Soc, name: str, base: int, pwr: Pwr, rcc: Rcc) -> None:
         super().__init__(soc, name, base)
