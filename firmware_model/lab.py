@@ -169,7 +169,7 @@ class LabFirmware(ABC):
         hal.HAL_TIM_Base_Start_IT()
 
     def _set_zero_level(self) -> None:
-        """Read the floor's pressure as the level 0 m, before the callback also uses the bus."""
+        """Read the pressure at the floor, which defines the altitude 0 m, before the callback also uses the bus."""
         LPS22HB_WaitForData(self.hal)
         self.press = self.press_zero_level = LPS22HB_Get_Press(self.hal, self.press)
         self.temperature = LPS22HB_Get_Temp(self.hal, self.temperature)

@@ -1,8 +1,8 @@
 """Deviations of a real sensor: offset, scale, drift with temperature, and noise.
 
-Quality ``ideal`` has no errors. In ``typical`` the seed determines normally distributed errors, limited to three
-standard deviations, and noise has its typical strength. In ``worst`` each error is three standard deviations, with
-random sign; each strength is 1.5 times the typical strength.
+With the quality ``ideal``, there are no errors. In ``typical`` the seed determines normally distributed
+errors, limited to three standard deviations, and noise has its typical strength. In ``worst`` each error is
+three standard deviations, with random sign; each strength is 1.5 times the typical strength.
 
 Decision: a datasheet limit counts as three standard deviations; ST's "standard deviation" and a typical value count as
 one standard deviation. If all figures counted as limits, the simulated errors would be too small.

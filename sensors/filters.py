@@ -3,7 +3,7 @@
 Decision: every filter of the sensors is a second-order Butterworth section by the bilinear transform, with -3 dB at the
 documented cut-off, because no datasheet gives order or shape.
 
-A cascade runs as a state-space system, without a loop; scipy's ``sosfilt`` would add 30 MB.
+A cascade of sections is computed as a state-space system, without a loop; scipy's ``sosfilt`` would need 30 MB more.
 
 Decision: a filtered sample is a pure function of its number (:class:`SampledFilter`). Each segment of sixteen or more
 pages begins with a warm-up. So if a reader skips an hour, only one segment is computed.
@@ -84,7 +84,7 @@ def chain(sections: tuple[Section, ...], start: Start) -> Chain:
 
 
 class Chain:
-    """A cascade of sections. Signals have shape (axes, n), states (axes, ``order``)."""
+    """A cascade of sections. Signals have the shape (axes, n), and states have the shape (axes, ``order``)."""
 
     def __init__(self, sections: tuple[Section, ...], start: Start) -> None:
         self.sections = sections

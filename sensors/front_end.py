@@ -10,10 +10,10 @@ Decisions where the documents are silent:
 
 For slow signals the chain is a pure delay. If a signal is a plain function, the function must return filtered values.
 
-Noise is a pure function of a key and the sample index (Philox). Bias instability is equal in every octave. It is
-a sum of twelve interpolated noises, whose values are T = 1 s, 2 s ... 2048 s apart. Each noise has the density
-w^2 T sinc^4(f T); their sum has w^2 / (3 ln 2 f). IEEE Std 952 defines B by B^2 / (2 pi f), so
-w = sqrt(3 ln 2 / (2 pi)) B.
+Noise is a pure function of a key and the sample index (Philox). Bias instability has the same strength in
+every octave. It is a sum of twelve interpolated noises, whose values are T = 1 s, 2 s ... 2048 s apart. Each
+noise has the density w^2 T sinc^4(f T); their sum has w^2 / (3 ln 2 f). IEEE Std 952 defines B by B^2 / (2 pi
+f), so w = sqrt(3 ln 2 / (2 pi)) B.
 """
 
 from __future__ import annotations

@@ -135,7 +135,7 @@ class Sensor:
         return registers.write
 
     def watch(self, accessed: Callable[[], None]) -> None:
-        """Call ``accessed()`` after every register access, because it can change the time of the next pin edge."""
+        """Call ``accessed()`` after every register access, because an access can change the time of the next pin edge."""
         self._accessed = accessed
         self.version[0] += 1
         self._activate(self.active)
@@ -395,7 +395,7 @@ class SubaddressTarget:
         return self.part.register_name(address)
 
     def answers(self) -> bool:
-        """Return whether the sensor acknowledges its address. A result of True is valid until the next write."""
+        """Return whether the sensor acknowledges its address. If the result is True, it is valid until the next write."""
         if self._booting:
             self._booting = not self.part.accessible(self._now_ps())
         return not self._booting and not self.part.i2c_off

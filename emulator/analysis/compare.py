@@ -118,7 +118,7 @@ def compared(first: Observation, second: Observation, rules: Rules) -> list[str]
 
 
 def tolerances(given: Iterable[tuple[str, float]]) -> dict[str, float]:
-    """Return tolerances by field. The name "ACC" selects three fields. Raises InputError."""
+    """Return tolerances by field. The name "ACC" selects the three fields of the accelerometer. Raises InputError."""
     chosen: dict[str, float] = {}
     for name, value in given:
         fields = [one for one in FIELDS if name in (one, one.split(".")[0])]
@@ -213,7 +213,7 @@ def _same_text(one: ObservedItem, other: ObservedItem, rules: Rules) -> bool:
 
 
 def _same_beginning(text: str, wanted: str, rules: Rules) -> bool:
-    """Compare a truncated line. The number at its end may be incomplete."""
+    """Compare a truncated line. The number at the end of this line may be incomplete."""
     if text.startswith(wanted) or wanted.startswith(text):
         return True
     if not rules.tolerance and "numbers" not in rules.ignore:

@@ -36,7 +36,7 @@ Distance: TypeAlias = Callable[[Sequence[float], Sequence[ValueRange]], float]
 
 
 class Change(NamedTuple):
-    """A possible mistake. ``distance`` compares printed values with the truth as changed by this mistake."""
+    """A possible mistake. ``distance`` compares printed values with the values that this mistake makes of the truth."""
 
     distance: Distance
     summary: str

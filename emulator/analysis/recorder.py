@@ -1,4 +1,4 @@
-"""Printed lines and LEDs of a run, with preceding true values.
+"""Printed lines and LEDs of a run, with the true values just before them.
 
 The truth is a range, because a printed value is older than its line.
 
@@ -55,7 +55,7 @@ class ValueRange:
 
 @dataclass(frozen=True)
 class LabLine:
-    """A line of the lab, its numbers (None if the format differs), and their truth."""
+    """A line of the lab, its numbers (None if the format differs), and the true values of these numbers."""
 
     label: str
     text: str

@@ -186,7 +186,8 @@ class _ReplayHal(HalGpio):
         return HAL_OK, data
 
     def _read(self, device: str, register: int) -> bytes:
-        """Return the next recorded read. Skip boot reads over SPI, which Python firmware omits."""
+        """Return the next recorded read. Skip reads over SPI during the boot, because Python firmware does
+        not make these reads."""
         while reads := self._recording.reads:
             read = reads.popleft()
             if (read.device, read.register) == (device, register):

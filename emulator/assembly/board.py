@@ -82,7 +82,7 @@ class Board:
     ``cold_start``: if True, the supply is off before t = 0, and the board warms up. The LSM6DSL does
     not answer for 15 ms and the LIS2MDL for 20 ms (no acknowledge on I2C, 0xFF on SPI). By default
     the scenario decides; without a scenario, the supply has been on for a long time.
-    ``crystal_hz``: the chip's crystal, 4 to 26 MHz. The default is the scenario's, else 16 MHz.
+    ``crystal_hz``: the chip's crystal, 4 to 26 MHz. The default is the scenario's crystal, else 16 MHz.
 
     Times are virtual seconds since power-on. Close a board with ``close()`` or a ``with`` block.
     Raises InputError or ScenarioError.

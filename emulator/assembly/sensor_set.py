@@ -151,7 +151,7 @@ def _replace(errors: PartErrors, numbers: Numbers) -> PartErrors:
 
 
 class PinWatch:
-    """Reporter of a sensor's pin edges to pins and trace, at the times of the edges."""
+    """Reporter of the edges of a sensor's pins. Listeners and trace get each edge at the time of the edge."""
 
     def __init__(self, part: Sensor, clock: Clock, trace: Trace) -> None:
         self._part = part

@@ -85,7 +85,7 @@ class SerialLine:
 class CallbackTimer:
     """The timer whose interrupt calls ``HAL_TIM_PeriodElapsedCallback``.
 
-    Clock and priority are for Python firmware.
+    Clock and priority are used by Python firmware only.
     """
 
     peripheral: str
@@ -95,7 +95,8 @@ class CallbackTimer:
 
 @dataclass(frozen=True)
 class AbsentPart:
-    """A part without a model. The trace reports when firmware selects it. ``held``: levels of the part's outputs."""
+    """A part without a model. If firmware selects this part, the trace reports it. ``held``: levels of the
+    part's outputs."""
 
     name: str
     spi: str

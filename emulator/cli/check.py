@@ -88,7 +88,7 @@ def check_program(options: CheckOptions) -> ExitCode:
 
 @contextmanager
 def _workers(jobs: int | None, runs: int) -> Iterator[Executor | None]:
-    """Yield an executor that makes runs in further processes, or None if this process is enough."""
+    """Yield an executor that executes runs in further processes, or None if this process is enough."""
     count = min(jobs or os.cpu_count() or 1, runs)
     if count == 1 or limits_of_worker() is not None:
         yield None

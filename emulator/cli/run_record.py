@@ -1,6 +1,6 @@
 """``fcu run --json FILE``: results of a run as one JSON object.
 
-``schema`` grows when a key changes its meaning or is removed. Times are seconds. The file is
+The number ``schema`` increases when a key changes its meaning or is removed. Times are seconds. The file is
 written after the verdict, so the file stays empty if the run is killed.
 
 ==============  ====================================================================================

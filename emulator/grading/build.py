@@ -271,7 +271,8 @@ class Builder:
             return Built(SubmittedFirmware("lab3.elf", b""), log)
 
     def _check_machine(self) -> None:
-        """Compile the control program beside a large file to test the machine. Raises NotJudgedError."""
+        """To test the machine, compile the control program in a folder that contains a large file. Raises
+        NotJudgedError."""
         with self._attempt(_CONTROL, ballast=_FILE_BLOCKS * 512) as made:
             if made.code:
                 reason = _last_line(made.log)

@@ -87,8 +87,9 @@ def judge(
 ) -> Verdict:
     """Judge a firmware on the board with this ``seed``.
 
-    ``firmware``: a file, the name of a shipped firmware, or a function in Python. ``exercises``:
-    ids, or None for all. ``build_log``: without a log, checks of the compiler's output are unjudged.
+    ``firmware``: a file, the name of a shipped firmware, or a function in Python. ``exercises``: ids
+    of the exercises to judge, or None for all. ``build_log``: without a log, checks of the
+    compiler's output are unjudged.
     ``executor``: makes runs in parallel, except for firmware in Python. Raises InputError for
     invalid firmware or an unknown exercise.
     """

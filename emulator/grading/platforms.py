@@ -133,7 +133,7 @@ def stem(path: Path) -> str:
 
 
 def shown_name(name: str) -> str:
-    """Return a name for reports. A name of spaces only is quoted."""
+    """Return a name for reports. If a name consists of spaces only, it is quoted."""
     return one_line(name, 200) or repr(name)
 
 

@@ -149,7 +149,7 @@ class ExerciseTable(Table):
 
 
 class RubricLimits(Table):
-    """[limits]: limits on each run, never in wall time."""
+    """[limits]: limits of each run. None of them limits wall time."""
 
     instructions: int = Field(10**11, ge=1)
     terminal_bytes: int = Field(1 << 20, ge=1, le=8 << 20)

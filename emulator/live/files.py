@@ -16,7 +16,7 @@ _MOST_FILES: Final = 1000
 
 
 class FileWatch:
-    """Watch that polls a file for complete changes."""
+    """Poller of a file, which reports a change when the new file is complete."""
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)

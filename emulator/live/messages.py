@@ -180,7 +180,7 @@ class Hello(SessionEvent):
 class StatusEvent(SessionEvent):
     """Description of the board, sent initially and after each change.
 
-    ``run`` counts power-ons. ``sources``: paths of the source files beside the firmware file, by name.
+    ``run`` counts power-ons. ``sources``: paths of the source files beside the firmware file, keyed by name.
     ``state``: ``running``, ``paused``, ``failed`` or ``halted`` by a debugger.
     """
 
@@ -207,7 +207,7 @@ class StatusEvent(SessionEvent):
 class State(SessionEvent):
     """Current state of the board, sent 50 times a second.
 
-    ``samples``: the firmware's latest readings by output id. ``done``: id of the latest
+    ``samples``: the firmware's latest readings, keyed by output id. ``done``: id of the latest
     :class:`Do`.
     """
 
@@ -284,7 +284,7 @@ class Declared(SessionEvent):
 
 @dataclass(frozen=True)
 class RegistersEvent(SessionEvent):
-    """Hexadecimal register values by name. ``note`` is for the user."""
+    """Hexadecimal register values, keyed by name. ``note`` is for the user."""
 
     part: str
     values: dict[str, str]

@@ -66,7 +66,7 @@ def websockets_missing() -> InputError:
 class PageServer:
     """Server of the page and its sockets. Set ``controls`` before the first page connects.
 
-    ``port`` 0: any free port. ``say(line)`` receives failures. Raises InputError for a missing
+    If ``port`` is 0, any free port is used. ``say(line)`` receives failures. Raises InputError for a missing
     library or an invalid ``listen``, LinkError for an unavailable address or port.
     """
 

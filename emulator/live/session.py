@@ -57,7 +57,7 @@ _MOST_UPLOADS = 2  # number of uploads that wait, each with up to 11 MiB
 
 
 class LiveSession:
-    """Runs one board after another, each with a pace and commands.
+    """Runner of one board after another, with pacing and commands.
 
     Raises FcuError if the first board cannot be created. ``record``: scenario file of the session,
     written at the end and at each power-on.
@@ -226,7 +226,7 @@ class LiveSession:
         return self._origin_wall_s + (virtual_s - self._origin_s) / self.speed
 
     def _advance(self) -> None:
-        """Run the board up to the wall clock. A slow machine does not catch up."""
+        """Run the board up to the wall clock. If the machine is too slow, the board does not catch up."""
         if self.state != "running":
             if self._debugger is not None:
                 self._guard(partial(self._run_debugged, self._debugger, self.board.clock.now_ps))

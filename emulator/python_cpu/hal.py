@@ -91,7 +91,7 @@ class VirtualHal(HalGpio):
         return self._clock.now_ps // PS_PER_MS
 
     def HAL_Delay(self, delay_ms: int) -> None:
-        """Wait for ``delay_ms`` ticks. The first tick may be incomplete."""
+        """Wait for ``delay_ms`` ticks. The first tick may be shorter than 1 ms."""
         self._cpu.wait_until((self.HAL_GetTick() + delay_ms) * PS_PER_MS)
 
     # -- I2C --------------------------------------------------------------------------------------------

@@ -382,7 +382,7 @@ class ExpectField(_Number):
         return self.failed("wrong value", seen, diff, final=True)
 
     def _compared(self, line: PrintedLine, printed: float, error: float) -> str:
-        """Describe the worst print and its reference."""
+        """Describe the printed number with the largest error, and its reference."""
         what = "the true value is" if self.truth else "expected"
         worst = f"{self.title} is {printed:.6g}, {what} {self._wanted(printed, error):.6g}"
         return f"the worst by {abs(error):.6g} at {seconds(line.at_ps)}: {worst}"

@@ -109,7 +109,7 @@ Vector = Annotated[tuple[float, float, float], Strict(False)]
 
 
 class FieldTable(Table):
-    """A magnetic field vector, NED in uT."""
+    """A magnetic field vector: north, east and down, in uT."""
 
     north_ut: Annotated[float, within(limits.FIELD)]
     east_ut: Annotated[float, within(limits.FIELD)]

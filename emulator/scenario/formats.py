@@ -95,7 +95,7 @@ class PrintfFormat:
         self._meant = re.compile(meant, re.IGNORECASE) if meant else None
 
     def _conversion(self, match: re.Match[str]) -> str:
-        """Return a pattern for one conversion. The wanted number becomes a group."""
+        """Return a pattern for one conversion. The conversion of the wanted number becomes a group of the pattern."""
         kind = match["kind"]
         if kind not in _KINDS:
             raise ValueError(

@@ -6,7 +6,7 @@ Reading is bounded in bytes and time. Every number and duration in ``[world]``, 
     pitch_deg = { uniform = [20, 70], random_sign = true }   # 20 to 70, or -70 to -20
     metres = { one_of = [3, 4.5] }
 
-When a scenario is read, the lowest and highest possible numbers are also tried.
+When a scenario is read, it is also checked with the lowest and the highest possible numbers.
 
 Decision: each drawn number is computed by SHA-512 from the seed, the scenario's name and the key
 path, so that entries that are added later do not change it.

@@ -124,7 +124,7 @@ _BANNER = re.compile(r"STEVAL-FCU001V1 FW(?= rev\.)")
 
 
 def same_banner(text: str) -> str:
-    """Replace "FW" in ST's banner by "FH", which the slides have."""
+    """Replace "FW" in ST's banner by "FH", as on the slides."""
     return _BANNER.sub("STEVAL-FCU001V1 FH", text)
 
 
@@ -354,7 +354,7 @@ def against_truth(field: str, lines: Sequence[PrintedLine], settle_ps: int, wind
     """Return a table of prints, truth and error, and a summary. ``window`` is a part of the title.
 
     Decision: the table has the error at the moment of printing, because this error shows how old the printed number is.
-    If the largest error from the nearest truth differs, an extra line shows it.
+    Expectations use the nearest truth; if this gives another largest error, an extra line shows it.
     """
     rows, judged = [], []
     for line in lines:

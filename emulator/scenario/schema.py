@@ -180,7 +180,7 @@ class WorldTable(Table):
 
 
 class SensorsTable(Table):
-    """[sensors]: the quality sets all figures. The tables of sensors replace single figures.
+    """[sensors]: ``quality`` sets all figures of the sensors. The tables of the sensors replace single figures.
 
     :func:`sensors_table` adds the keys of the board.
     """

@@ -45,7 +45,7 @@ def earth_field(
 ) -> tuple[float, float, float]:
     """Return the Earth's field (north, east, down) in uT by the World Magnetic Model 2025.
 
-    Latitude and longitude are geodetic, the altitude is above the sea. ``north``: ``"magnetic"`` turns the
+    Latitude and longitude are geodetic, and the altitude is the height above the sea. ``north``: ``"magnetic"`` turns the
     field to north, ``"true"`` keeps the declination. Raises `InputError` for a value or date out of range.
     """
     latitude = limits.LATITUDE.check("latitude_deg", latitude_deg)

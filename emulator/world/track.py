@@ -70,7 +70,8 @@ class Track(Generic[P]):
         self._pieces.append(piece)
 
     def forget(self, before_s: float) -> None:
-        """Drop the pieces that ended before ``before_s``. Times before the oldest remaining piece raise an error."""
+        """Drop the pieces that ended before ``before_s``. A query for a time before the oldest remaining
+        piece raises an error."""
         old = bisect_right(self._starts, before_s) - 1
         if old > 0:
             del self._starts[:old], self._pieces[:old]

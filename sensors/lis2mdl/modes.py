@@ -1,7 +1,7 @@
 """The LIS2MDL's modes and its output registers (AN5069 sections 3, 6 and 7).
 
 Decisions where the documents are silent: a second MD = 01 during a single measurement does not restart it (ST's
-examples write MD = 01 in their polling loop). REBOOT ends in idle after one measurement.
+examples write MD = 01 in their polling loop). After REBOOT, the sensor makes one measurement and is then idle.
 """
 
 from __future__ import annotations

@@ -31,7 +31,7 @@ _REF_P, _REF_P_END = REF_P.addr, REF_P.addr + REF_P.size
 
 
 class Reference:
-    """The reference; pressures are counts, samples five bytes."""
+    """The reference. Pressures are counts, and samples have five bytes."""
 
     def __init__(self, mem: bytearray, rpds_counts_per_lsb: int) -> None:
         self._mem = mem

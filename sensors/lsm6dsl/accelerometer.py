@@ -87,7 +87,7 @@ _XL_CHANGE = 1  # Table 12: samples to discard in addition to those after a turn
 
 
 class PowerMode(NamedTuple):
-    """Mode of a sensor in AN5040 3.9; ``odr_hz`` is 0 in power-down and sleep.
+    """Mode of a sensor as defined in AN5040 3.9; ``odr_hz`` is 0 in power-down and sleep.
 
     ``column``: the second column of Table 13 or 16 applies.
     """

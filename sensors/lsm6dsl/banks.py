@@ -252,7 +252,7 @@ def titled_maps() -> dict[str, RegisterMap]:
 
 
 class Banks:
-    """The main bank, and the ``embedded`` banks by FUNC_CFG_ACCESS value."""
+    """The main bank, and the ``embedded`` banks, keyed by the value of FUNC_CFG_ACCESS."""
 
     def __init__(self, main: RegisterFile) -> None:
         self.main = main

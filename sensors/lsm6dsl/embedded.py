@@ -115,7 +115,7 @@ class StepDetector:
 
 
 class DeltaTime:
-    """Consecutive windows of STEP_COUNT_DELTA, each with a flag for steps."""
+    """Consecutive time windows of STEP_COUNT_DELTA, each with a flag that is set by a step."""
 
     def __init__(self) -> None:
         self.end_ps = NEVER_PS

@@ -139,7 +139,7 @@ class Feature(Protocol):
 
 
 class Violations:
-    """The present violations, so that each is noted once."""
+    """The present violations. They are stored so that each violation is noted once."""
 
     def __init__(self, chip: FeatureContext) -> None:
         self._chip = chip

@@ -158,7 +158,7 @@ _HEARD: tuple[SignalName, ...] = (*TRIGGERS, "SENSORHUB")
 
 
 class FifoEvent(NamedTuple):
-    """A signal received and not yet processed."""
+    """A signal that has been received but not yet processed."""
 
     at_ps: int
     name: SignalName

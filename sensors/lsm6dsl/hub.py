@@ -61,7 +61,7 @@ def read_ps(count: int) -> int:
 
 
 class AuxiliaryBus:
-    """The attached sensors by 7-bit address."""
+    """The attached sensors, keyed by 7-bit address."""
 
     def __init__(self) -> None:
         self._targets: dict[int, SubaddressTarget] = {}

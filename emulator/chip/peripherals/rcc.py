@@ -1,6 +1,6 @@
 """RCC: clocks, gates, resets and reset flags (RM0368 section 6).
 
-Oscillators take typical start-up times (STM32F401xB/C datasheet). MCO1, MCO2, clock security,
+Oscillators are ready after their typical start-up times (STM32F401xB/C datasheet). MCO1, MCO2, clock security,
 spread spectrum and xxxLPENR have no effect. The model has a 32 kHz crystal, but it may be missing
 on the real board.
 """
@@ -214,7 +214,7 @@ _OSCILLATORS = frozenset((CR, PLLCFGR, BDCR, CSR))
 
 
 class _Controlled:
-    """The peripherals whose clocks or resets the bits of a register control."""
+    """The peripherals whose clocks or resets are controlled by the bits of a register."""
 
     def __init__(self, names: Mapping[int, str], peripherals: Mapping[str, Peripheral]) -> None:
         known = [(bit, peripherals[name]) for bit, name in names.items() if name in peripherals]
