@@ -94,7 +94,7 @@ def rate_deviation() -> Any:
 
 
 def heating_share() -> Any:
-    """Return the field ``heating_percent``, see :mod:`fcu_emulator.emulator.world.warmth`."""
+    """Return the field ``heating_percent`` (:mod:`fcu_emulator.emulator.world.warmth` explains it)."""
     doc = "warming at its place, above that of the board"
     return drawn(doc, "%", 8.0, "the board's size and copper", "typical", (-100.0, 100.0))
 

@@ -104,7 +104,7 @@ class Sensor:
 
     @classmethod
     def maps(cls) -> dict[str, RegisterMap]:
-        """Return every register map by title; the main map's title is empty."""
+        """Return every register map, keyed by title; the main map's title is empty."""
         return {"": cls.MAP}
 
     def __init__(
@@ -170,7 +170,7 @@ class Sensor:
         )
 
     def supply_current_ua(self) -> float:
-        """Return the configured supply current in microampere."""
+        """Return the supply current in microampere as configured."""
         raise AssertionError(f"{type(self).__name__} has no supply")
 
     def spi_wires(self) -> Wires:

@@ -131,7 +131,7 @@ def tolerances(given: Iterable[tuple[str, float]]) -> dict[str, float]:
 
 
 def largest_deviations(first: Observation, second: Observation) -> dict[str, float]:
-    """Return the largest difference by printed field, in printed units."""
+    """Return the largest difference of each printed field, in printed units."""
     largest: dict[str, float] = {}
     for one, other in zip(first.sequences[TERMINAL], second.sequences[TERMINAL], strict=False):
         if one.cut or other.cut or _without_numbers(one.text) != _without_numbers(other.text):

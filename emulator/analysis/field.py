@@ -51,7 +51,7 @@ class _Rows(NamedTuple):
 
 
 def field_hint(lines: Sequence[LabLine]) -> Hint | None:
-    """Return the simple mistake behind a wrong magnetic field, or None."""
+    """Return the simple mistake that explains a wrong magnetic field, or None."""
     rows = _judgeable([line for line in lines if line.label == MAG.label and line.values is not None])
     if rows is None or rows.residual(rows.low, rows.high) <= MAG.far:
         return None
@@ -59,7 +59,7 @@ def field_hint(lines: Sequence[LabLine]) -> Hint | None:
 
 
 def changes(lines: Sequence[LabLine]) -> tuple[Numbers, float, LabLine] | None:
-    """Return MAG's constant error by axis and the field's modulus (both in mgauss), and the last line that was used.
+    """Return MAG's constant error of each axis and the field's modulus (both in mgauss), and the last line that was used.
 
     Return None if the board was not turned far enough, or MAG's changes are wrong.
     """

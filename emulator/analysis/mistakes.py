@@ -180,7 +180,7 @@ def _numbers(board: Board, lines: Sequence[LabLine], where: _Where) -> Iterator[
 def _of_numbers(
     found: Hint, groups: Sequence[Group], where: _Where, address: int | None, sentences: Iterable[str]
 ) -> Diagnosis:
-    """Return the diagnosis of wrong numbers of groups. ``address``: the instruction that the diagnosis names."""
+    """Return the diagnosis of groups with wrong numbers. ``address``: the instruction that the diagnosis names."""
     group = groups[0]
     truth = ", ".join(
         f"{name} {_number(one.middle)}"

@@ -63,7 +63,7 @@ ALTITUDE = Group("Altitude:", ("Altitude",), 1.5, "m")
 
 
 def hint(lines: Sequence[LabLine], group: Group) -> Hint | None:
-    """Return the simple mistake behind a group's wrong numbers, or None."""
+    """Return the simple mistake that explains a group's wrong numbers, or None."""
     rows = [_Row(seen, group) for seen in lines if seen.label == group.label and seen.values is not None]
     rows = [row for row in rows if all(map(math.isfinite, row.values))]
     if not rows or (group is YAW and not _turns(rows)):

@@ -97,7 +97,7 @@ def is_led(name: str) -> bool:
 
 
 def led_pins(board: Board) -> dict[str, str]:
-    """Return the LEDs' pins by sequence name."""
+    """Return the LEDs' pins, keyed by the name of the sequence."""
     return {name: led.pin for name, led in board.leds.items()}
 
 

@@ -41,7 +41,7 @@ reads its variables, and 1.6 us from the timer's interrupt until the callback's 
 
 
 def replay(board: Board, firmware: Callable[[Any], HostedApplication]) -> Observation:
-    """Return text and LEDs of ``firmware`` with the samples read on ``board``.
+    """Run ``firmware`` with the samples that were read on ``board``, and return its text and LEDs.
 
     ``board`` has run with ``trace.record_all()``. ``firmware`` takes a HAL. Raises InputError for a
     failed transfer, or if ``firmware`` requests data that was not read.

@@ -273,7 +273,7 @@ class Board:
         return {} if self.chip is None else self.chip.chip.usarts.unconnected_output()
 
     def supply_current_ua(self) -> dict[str, float]:
-        """Return each sensor's configured supply current."""
+        """Return the supply current of each sensor as configured."""
         return self.sensors.supply_current_ua()
 
     def variable(self, name: str) -> Any:
@@ -309,7 +309,7 @@ class Board:
         return self._calls("call").call(name, arguments, keep, max_instructions, timeout_s)
 
     def scratch(self) -> AbstractContextManager[Scratch]:
-        """Return a chip copy for calls without effect on the board."""
+        """Return a copy of the chip. Calls in this copy have no effect on the board."""
         return self._calls("scratch").scratch()
 
     def _calls(self, what: str) -> Caller:

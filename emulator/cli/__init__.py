@@ -174,7 +174,7 @@ def _show_warning(
 
 
 def _address_space() -> float:
-    """Return the address space limit in bytes."""
+    """Return the limit of the address space in bytes."""
     limit = math.inf
     if sys.platform != "win32":
         import resource

@@ -164,7 +164,7 @@ def _write(path: Path, verdict: Verdict) -> None:
 def _save(folder: Path, verdict: Verdict, rubric: Rubric, firmware: str) -> tuple[dict[str, Path], list[str]]:
     """Write the motions of the runs as scenarios.
 
-    Return the files of failed property checks, by check, and the names of all files.
+    Return the files of failed property checks, keyed by check, and the names of all files.
     """
     texts = {f"{run.run}.toml": run.replay for run in verdict.evidence if run.replay}
     laws: dict[str, Path] = {}

@@ -160,12 +160,12 @@ def chip_events(board: Board) -> dict[str, tuple[float, int]]:
 
 
 def failed_transfers(board: Board) -> Counter[tuple[str, str]]:
-    """Return failed transfers by bus and result."""
+    """Return the number of failed transfers, keyed by bus and result."""
     return Counter((event.bus, event.result) for event in board.trace.of(BusTransfer) if event.result != "ok")
 
 
 def received_bytes_lost(board: Board) -> int:
-    """Return the bytes that the firmware read too late."""
+    """Return the number of bytes that the firmware read too late."""
     name = board.terminal.uart.name
     return sum(1 for event in board.trace.of(Fault) if event.where == name)
 

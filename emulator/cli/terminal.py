@@ -243,7 +243,7 @@ class Console:
 if sys.platform != "win32":
 
     def _raw(descriptor: int) -> Callable[[], None]:
-        """Make the console deliver each key, even Ctrl-C, immediately. Return a function that undoes this.
+        """Make the console deliver each key, even Ctrl-C, immediately. Return a function that restores the previous mode.
 
         The mode of the output does not change.
         """

@@ -251,7 +251,7 @@ class _Explainer:
         )
 
     def _where(self, site: int | None) -> Mapping[str, str]:
-        """Return the line of an instruction for the data of a diagnosis, or its address without a line."""
+        """Return, for the data of a diagnosis, the line of an instruction or, if it is unknown, the address."""
         if site is None:
             return {}
         return self._places.line(site) or {"address": f"0x{site:08X}"}

@@ -191,7 +191,7 @@ def explained_run(
 
 
 def cause_of(one: Diagnosis) -> DiagnosedCause:
-    """Return a diagnosis in the form for verdicts."""
+    """Return a diagnosis in the form that verdicts use."""
     return DiagnosedCause(
         kind=one.kind, summary=one.summary, details=one.details, fatal=one.fatal, data=dict(one.data)
     )

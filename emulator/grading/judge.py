@@ -380,7 +380,7 @@ class _JudgedRun:
         )
 
     def _source(self, check: CheckTable, results: Sequence[ExpectationResult]) -> str:
-        """Return the first known statement behind a failure, or ""."""
+        """Return the first known statement that causes a failure, or ""."""
         if not any(one.fault for one in results):
             return ""
         lines = SourceLines(self.recorder)

@@ -67,7 +67,7 @@ def _override(where: str, row: Mapping[str, str | None], rubric: Rubric) -> tupl
 
 
 def with_overrides(graded: Graded, overrides: tuple[Override, ...]) -> Graded:
-    """Return a result and its verdict with overrides."""
+    """Return the result after the overrides, which also change its verdict."""
     points = {one.what: one.points for one in overrides}
     verdict = graded.verdict
     if verdict is not None:

@@ -175,7 +175,7 @@ def _moodle(path: Path) -> SubmittedEntry | None:
 
 
 def _canvas(paths: Sequence[Path]) -> dict[Path, SubmittedEntry]:
-    """Return the entries of Canvas. Each id must have one name, and each file a unique number."""
+    """Return the entries of a download from Canvas. Each id must have one name, and each file a unique number."""
     matches = {path: match for path in paths if (match := _CANVAS.fullmatch(path.name)) and not path.is_dir()}
     names: dict[str, set[str]] = {}
     for match in matches.values():
@@ -197,7 +197,7 @@ def _canvas(paths: Sequence[Path]) -> dict[Path, SubmittedEntry]:
 
 
 def _blackboard(paths: Sequence[Path]) -> dict[Path, SubmittedEntry]:
-    """Return the entries of Blackboard. The login follows the assignment's name."""
+    """Return the entries of a download from Blackboard. The login follows the assignment's name."""
     found = {path: list(_ATTEMPT.finditer(path.name)) for path in paths if not path.is_dir()}
     found = {path: matches for path, matches in found.items() if matches}
     sure = {path: matches[0] for path, matches in found.items() if len(matches) == 1}
@@ -273,7 +273,7 @@ class _Ilias(NamedTuple):
 
 
 def _ilias(paths: Sequence[Path]) -> _Ilias:
-    """Return the entries of a download from Ilias, if most folders have names of Ilias."""
+    """Return the entries of a download from Ilias, if most folders have names as Ilias gives them."""
     teams = {
         path: _submitted_paths(path) for path in paths if _TEAM.fullmatch(path.name) and _is_folder(path)
     }

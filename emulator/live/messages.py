@@ -391,7 +391,7 @@ def _pieces(text: str) -> int:
 
 @cache
 def commands() -> dict[str, type[PageCommand]]:
-    """Return all commands by message type."""
+    """Return all commands, keyed by message type."""
     return {_snake(kind): kind for kind in PageCommand.__subclasses__()}
 
 

@@ -99,7 +99,7 @@ def board_of(info: ValidationInfo) -> BoardDescription:
 
 
 def within(allowed: Range) -> FieldInfo:
-    """Return the range that the world accepts, for a field."""
+    """Return a field that accepts the same range as the world."""
     info: FieldInfo = Field(ge=allowed.low, le=allowed.high)
     return info
 

@@ -429,7 +429,7 @@ def _vector(values: np.ndarray[Any, np.dtype[np.float64]]) -> str:
 
 @cache
 def _outputs() -> dict[str, tuple[str, int, str]]:
-    """Return (sensor, address of the first byte, name in the datasheet) by output."""
+    """Return (sensor, address of the first byte, name in the datasheet) for each output."""
     found = {}
     for name, part, first in (
         ("accelerometer", "LSM6DSL", "OUTX_L_XL"),

@@ -144,7 +144,7 @@ _SHOWN = 80  # characters of an unknown name
 
 
 def scenario_names() -> dict[str, str]:
-    """Return the questions of shipped scenarios by name, sorted."""
+    """Return the questions of shipped scenarios, keyed and sorted by name."""
     names = {}
     for path in sorted(_folder().glob("*.toml")):
         names[path.stem] = str(_parse(path.read_bytes(), str(path))["question"])

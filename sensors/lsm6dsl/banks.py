@@ -247,7 +247,7 @@ _TITLES = {"A": "Embedded bank A, selected by FUNC_CFG_ACCESS = 0x80", "B": "...
 
 
 def titled_maps() -> dict[str, RegisterMap]:
-    """Return every register map by title; the main map's title is empty."""
+    """Return every register map, keyed by title; the main map's title is empty."""
     return {"": MAIN, **{_TITLES[name]: bank for name, bank in EMBEDDED.items()}}
 
 

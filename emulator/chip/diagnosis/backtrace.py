@@ -54,7 +54,7 @@ class Places:
         return f"{function.name}(), {line}"
 
     def prefix(self, address: int | None) -> str:
-        """Return the place with a colon, as the beginning of a summary; an empty string without an address."""
+        """Return the place with a colon, as the beginning of a summary; without an address, return an empty string."""
         return f"{self.place(address)}: " if address is not None else ""
 
     def line(self, address: int | None) -> dict[str, str]:

@@ -57,7 +57,7 @@ class LineTable:
         return SourceLine(sequence.paths[file], line)
 
     def ranges(self, is_wanted: Callable[[str], bool]) -> list[tuple[int, int]]:
-        """Return (begin, end) of the code of wanted files; adjacent ranges are merged."""
+        """Return (begin, end) of the code of files for which ``is_wanted`` is true; adjacent ranges are merged."""
         found: list[tuple[int, int]] = []
         for sequence in self._sequences:
             wanted = [is_wanted(path) for path in sequence.paths]

@@ -296,7 +296,7 @@ class Symbols:
         return Definition(is_inlined, at.start if at else None, at.size if at else 0)
 
     def code_ranges(self, is_wanted: Callable[[str], bool]) -> list[tuple[int, int]]:
-        """Return (begin, end) of the code of wanted source files, in ascending order."""
+        """Return, in ascending order, (begin, end) of the code of source files for which ``is_wanted`` is true."""
         return self._lines.ranges(is_wanted)
 
     def _symbol(self, name: str) -> Symbol:
