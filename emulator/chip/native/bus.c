@@ -452,7 +452,7 @@ void fcu_watch_memory(Chip *chip, int32_t on, uint32_t begin, uint32_t end) {
   core->watch_begin = begin;
   core->watch_end = end;
   if (changed) {
-    fcu_invalidate_code(chip); /* loads of literals are decoded differently */
+    fcu_invalidate_code(chip); /* watched loads of literals are decoded in another way */
   }
   update_access_checks(core);
 }

@@ -65,8 +65,8 @@ void python_store(Chip *chip, uint32_t address, unsigned size, uint32_t value);
 /* -- poll_skip.c: loops that poll registers ----------------------------------------------------------- */
 
 #define POLL_SKIP_COMPARE_AFTER 3 /* number of reads of a register before states are compared */
-/* POLL_SKIP_MAX_MISSES: unsuccessful comparisons before a pause; POLL_SKIP_PAUSE: reads without comparison
-   in a pause */
+/* POLL_SKIP_MAX_MISSES: number of unsuccessful comparisons before a pause; POLL_SKIP_PAUSE: number of
+   reads without comparison during a pause */
 #define POLL_SKIP_MAX_MISSES 50
 #define POLL_SKIP_PAUSE 2000
 #define POLL_SKIP_STATES 64
@@ -82,7 +82,7 @@ typedef struct {
 typedef struct {
   uint32_t address;
   int32_t poll_count;
-  /* The latest value. For this size and version it is valid up to the time until_ps. */
+  /* The latest value. With this size and version, the value is valid up to the time until_ps. */
   uint32_t size, value;
   int64_t until_ps, version;
 } Polled;

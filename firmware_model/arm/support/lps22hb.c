@@ -1,4 +1,4 @@
-/* LPS22HB: set-up and readings. Registers: LPS22HB datasheet, section 9. The steps have the order
+/* LPS22HB: set-up and readings. Registers: LPS22HB datasheet, section 9. The steps are in the order
  * of ST's driver.
  *
  * Decisions: over I2C the output registers are read in one burst. This needs IF_ADD_INC, which

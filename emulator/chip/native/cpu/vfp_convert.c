@@ -88,7 +88,7 @@ static uint32_t from_integer(Core *core, int64_t value) {
 
 RESULT(vcvt_f32_s32, from_integer(core, (int32_t)M))
 RESULT(vcvt_f32_u32, from_integer(core, M))
-/* These round to nearest, regardless of FPSCR (A7.7). */
+/* These instructions round to nearest, regardless of FPSCR (A7.7). */
 RESULT(fixed_f32_s32, from_fixed(core, (int32_t)D, insn->shift, TO_NEAREST))
 RESULT(fixed_f32_u32, from_fixed(core, D, insn->shift, TO_NEAREST))
 RESULT(fixed_f32_s16, from_fixed(core, (int16_t)D, insn->shift, TO_NEAREST))

@@ -244,7 +244,7 @@ static void sent(I2c *i2c) {
   }
 }
 
-/* Return whether the byte is acknowledged. ACK, POS and, if DMA is used, LAST determine this. */
+/* Return whether ACK, POS and, if DMA is used, LAST make the I2C acknowledge the byte. */
 static bool acknowledges(I2c *i2c) {
   bool now = i2c->cr1 & CR1_ACK;
   bool acknowledged = i2c->cr1 & CR1_POS ? i2c->acknowledge : now;

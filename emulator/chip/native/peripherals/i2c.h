@@ -17,7 +17,7 @@ typedef struct {
   int64_t live;
   int64_t start_ps, end_ps;
   int64_t address, reading, target;
-  /* number of written bytes (0, 1, or 2 for two or more), and the first of them */
+  /* number of written bytes (0, 1, or 2 for two or more), and the first written byte */
   int64_t written, subaddress;
   int64_t count;               /* number of bytes that Python has not received */
   uint8_t bytes[I2C_BYTES];

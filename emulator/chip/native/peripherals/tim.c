@@ -412,7 +412,7 @@ static void read_capture(Tim *tim, int channel) {
   }
 }
 
-/* CNT and DIR change continuously. Reads of captures have side effects. */
+/* CNT and DIR change continuously. Reads of capture registers have side effects. */
 static bool tim_is_pure(const Peripheral *peripheral, uint32_t offset) {
   const Tim *tim = (const Tim *)peripheral;
   return offset != CNT && !is_ccr(offset) && !(offset == CR1 && tim->mode == TIM_CENTRE);

@@ -73,7 +73,7 @@ static void flush(Usart *usart, bool detailed) {
   }
 }
 
-/* A gap, another frame duration, or a change of `connected` begins a new run. */
+/* A gap, another frame duration, or a change of `connected` begins a new run of frames. */
 static void open_run(Usart *usart, bool connected) {
   UsartRun *run = &usart->run;
   int64_t now_ps = now_of(usart);
