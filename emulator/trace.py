@@ -75,7 +75,7 @@ class DeviceNote(TraceEvent):
     """An access that a device refuses, forbids or does not model. ``what`` is the kind of access.
 
     ``problem`` is a stable identifier such as "scl-too-fast". ``data`` contains the values in
-    ``text`` by name.
+    ``text``, keyed by name.
     """
 
     kind: ClassVar[str] = "note"

@@ -193,7 +193,7 @@ class _Page:
 
 
 class SampledFilter:
-    """The filtered samples of ``source``, by number."""
+    """The filtered samples of ``source``, identified by their numbers."""
 
     def __init__(self, source: Source, axes: int = 3) -> None:
         self._source = source

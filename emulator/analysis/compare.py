@@ -52,8 +52,8 @@ _NUMBER = re.compile(r"-?(?:\d+(?:\.\d+)?|inf|nan)\b")
 class Rules:
     """Rules of equality.
 
-    ``timing_ps``: tolerance of the pace. ``tolerance``: tolerance of numbers by field ("ACC.x",
-    "Yaw"), in printed units. ``ignore``: properties not to compare.
+    ``timing_ps``: tolerance of the pace. ``tolerance``: tolerance of the numbers of each field
+    ("ACC.x", "Yaw"), in printed units. ``ignore``: properties not to compare.
     """
 
     timing_ps: int = TIMING_PS

@@ -32,7 +32,7 @@ from fcu_emulator.sensors.register_file import NoteCallback, WriteLog
 
 
 class SensorSet:
-    """The sensors of one board, by name: ``sensors["LSM6DSL"]``, or ``sensors.lsm6dsl``.
+    """The sensors of one board, keyed by name: ``sensors["LSM6DSL"]``, or ``sensors.lsm6dsl``.
 
     ``powered_on_ps``: time of power-on; None if power-on was long ago. Raises InputError for
     settings of absent sensors.

@@ -44,7 +44,7 @@ CRYSTAL_RANGE_HZ = range(4_000_000, 26_000_001)  # STM32F401xB/C datasheet, HSE
 class MountedSensor:
     """A sensor that measures matrix @ vector for a vector in the board's axes.
 
-    ``mountings``: matrices by name, the usual matrix first. ``mounting_key``: the scenario key that
+    ``mountings``: matrices, keyed by name, the usual matrix first. ``mounting_key``: the scenario key that
     selects a mounting.
     """
 
@@ -186,7 +186,7 @@ class BoardDescription:
 
     @cached_property
     def firmware(self) -> dict[str, str]:
-        """Descriptions of supplied firmware by name."""
+        """Descriptions of supplied firmware, keyed by name."""
         built = {name: text for name, (_, text) in self.built_firmware.items()}
         return {**self.python_firmware, **built}
 

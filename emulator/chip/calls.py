@@ -1,4 +1,4 @@
-"""Calls of single C functions of a firmware, by name, with Python values.
+"""Calls of single C functions of a firmware. Python passes the function's name, and values as arguments.
 
 ::
 

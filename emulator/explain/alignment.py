@@ -75,7 +75,7 @@ class Mistake:
 
 @dataclass(frozen=True)
 class PrintedNumbers:
-    """Numbers of a printed field by pose. ``resolution``: one unit of the last digit."""
+    """The number of a printed field in each pose. ``resolution``: one unit of the last digit."""
 
     values: npt.NDArray[np.float64]
     resolution: float
@@ -84,9 +84,9 @@ class PrintedNumbers:
 class Alignment:
     """Comparison of a lab's formulas with a firmware's values in several poses of the board.
 
-    ``inputs``: sensor values by name and pose. ``search``: values that the firmware computes in the
-    last ``poses`` poses. The functions ``largest``, ``smallest`` and ``first`` also use earlier
-    poses.
+    ``inputs``: value of each sensor output in each pose. ``search``: values that the firmware
+    computes in the logged poses; ``poses`` is the number of these poses. The functions ``largest``,
+    ``smallest`` and ``first`` also use earlier poses.
     """
 
     def __init__(

@@ -119,7 +119,7 @@ class _Explainer:
         """Mistakes that are explained by a wrong value, which was found later."""
 
     def explain(self, output: ShownNumber) -> Iterator[Explanation]:
-        """Yield the mistakes in an output, except mistakes of earlier outputs.
+        """Yield the mistakes in an output, except those that were found in earlier outputs.
 
         Yield nothing if the output is correct, constant or not printed.
         """
@@ -346,7 +346,7 @@ class _Explainer:
         return [site for site in sites if any(begin <= site < end for begin, end in ranges)]
 
     def _site(self, mistake: Mistake, output: ShownNumber, line: str) -> int | None:
-        """Return an instruction of the mistake: a print, a computation, or the load of a wrong operand."""
+        """Return an instruction that belongs to the mistake: it prints, computes, or loads a wrong operand."""
         if _is_printed(mistake, output):
             printed = PrintedLines(self._image, self._places, line.encode("latin-1"))
             return printed.address(printed.lines[0].made_by) if printed.lines else None

@@ -1,7 +1,7 @@
 """Run firmware in several poses of an ideal board, and log the values that it computes.
 
 A magnet is fixed to the board, and the board is motionless in each pose. Formulas count as equal if their values
-are equal in all poses. The first poses only set the largest and smallest value of each axis.
+are equal in all poses. The only purpose of the first poses is to set the largest and smallest value of each axis.
 """
 
 from __future__ import annotations

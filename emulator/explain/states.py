@@ -60,7 +60,7 @@ def extreme_of(formula: Node) -> tuple[str, str] | None:
 class States:
     """Comparison of a lab's extremes with the variables of a program.
 
-    ``memory``: the RAM at the start and after each pose. ``values``: the values of inputs and steps by pose.
+    ``memory``: the RAM at the start and after each pose. ``values``: the values of inputs and steps in each pose.
     """
 
     def __init__(

@@ -56,7 +56,7 @@ class SubmittedFirmware:
 
 @dataclass(frozen=True)
 class SubmittedSource:
-    """A program to build: C files and headers by name."""
+    """A program to build: C files and headers, keyed by name."""
 
     files: Mapping[str, bytes] = field(repr=False)
 

@@ -48,7 +48,7 @@ def pose_scenario(
 ) -> str:
     """Return a scenario that sets the pose, with a calibrated compass.
 
-    ``expected_deg``: value and tolerance by field. ``gravity``, ``field``: multiples of the usual
+    ``expected_deg``: value and tolerance of each field. ``gravity``, ``field``: multiples of the usual
     values.
     """
     expectations = [

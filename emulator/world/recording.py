@@ -53,7 +53,7 @@ GROUPS = {**MEASURED, **FOLLOWED}
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """Rows at ``t_s`` (M,) and groups by name, (M, 3) or (M,), in g, deg/s, mgauss, hPa, degC, deg, m."""
+    """Rows at ``t_s`` (M,) and groups, keyed by name, (M, 3) or (M,), in g, deg/s, mgauss, hPa, degC, deg, m."""
 
     file: str
     t_s: Array

@@ -238,7 +238,7 @@ class Agitation(Spans[float]):
         return not self.between(from_s, to_s)
 
     def faster(self, from_s: float, to_s: float, pace_s: float) -> list[tuple[float, float]]:
-        """Return begin and end of the motions between these times that are faster than ``pace_s``."""
+        """Return begin and end of those motions between these times whose pace is faster than ``pace_s``."""
         return [(span.start_s, span.end_s) for span in self.between(from_s, to_s) if span.event < pace_s]
 
 
@@ -246,7 +246,7 @@ class Agitation(Spans[float]):
 
 
 class MotionProfile(Protocol):
-    """Progress of a motion from 0 to 1; ``t_s`` (N,) -> (N,)."""
+    """Progress of a motion from 0 to 1. The functions map ``t_s`` (N,) to an array (N,)."""
 
     @property
     def duration_s(self) -> float: ...
