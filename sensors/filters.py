@@ -42,7 +42,7 @@ SLOPE: Section = (0.5, -0.5, 0.0, 0.0, 0.0)  # (x[n] - x[n-1]) / 2
 
 
 def low_pass(cutoff: float) -> Section:
-    """Return a second-order low-pass; ``cutoff`` is its -3 dB frequency over the sample rate, below 0.5."""
+    """Return a second-order low-pass; ``cutoff`` is its -3 dB frequency divided by the sample rate, below 0.5."""
     k = math.tan(math.pi * cutoff)
     norm = 1 / (1 + math.sqrt(2) * k + k * k)
     gain = k * k * norm

@@ -169,7 +169,7 @@ def conversions_per_sample(output_hz: float) -> int:
 
 
 def before_decimation(conversions: int, cutoff: float = USUAL_DECIMATION) -> tuple[Section, ...]:
-    """Return the low-pass on the conversions before decimation; ``cutoff`` is over the output rate."""
+    """Return the low-pass on the conversions before decimation; ``cutoff`` is a fraction of the output rate."""
     return fourth_order_low_pass(cutoff / conversions) if conversions > 1 else ()
 
 

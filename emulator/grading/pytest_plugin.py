@@ -1,6 +1,6 @@
 """Second part of the pytest plugin: failed tests show the wrong formula in the board's firmware.
 
-The rubric beside the firmware, or else LAB3's rubric, gives the formulas.
+The formulas are those of the rubric beside the firmware or, without it, of LAB3's rubric.
 """
 
 from __future__ import annotations

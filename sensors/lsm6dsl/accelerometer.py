@@ -236,7 +236,7 @@ def event_filters(mem: bytearray, odr_hz: float) -> EventFilters:
 
 
 def analog_hz(mem: bytearray, odr_hz: float, *, high_performance: bool) -> float | None:
-    """Return the cut-off of the analog stage, which only high-performance mode uses."""
+    """Return the cut-off of the analog stage, which is used in high-performance mode only."""
     if not high_performance:
         return None
     wide = odr_hz >= _ANALOG_WIDE_FROM_HZ and not mem[CTRL1_XL.addr] & CTRL1_XL.BW0_XL.mask

@@ -9,8 +9,8 @@ idle; with correction, it is a pulse of 1/100 s.
 
 Iron correction (7.5): calibrated = SI * (M - HI), uncalibrated = SI * (M - HI) + HI.
 
-Decisions where the documents are silent: corrected fields are rounded to the nearest LSB; a field over 16 bits
-saturates and sets HI_FAIL.
+Decisions where the documents are silent: corrected fields are rounded to the nearest LSB; if a field exceeds
+16 bits, it saturates and sets HI_FAIL.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ _LEFT = 10 * 1024  # bytes for heap and stack; printf of floats uses both
 
 
 def flash_nearly_full(image: FirmwareImage) -> Diagnosis | None:
-    """Report a flash that is over nine tenths full."""
+    """Report a flash that is more than nine tenths full."""
     used = sum(len(one.data) for one in image.segments if FLASH_MEMORY.holds(one.address, one.address))
     if used < _FULL * FLASH_SIZE:
         return None
