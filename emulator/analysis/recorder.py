@@ -3,8 +3,8 @@
 The truth is a range, because a printed value is older than its line.
 
 Decision: the recorder samples the callback every 4.87 ms of virtual time and the LEDs every 48.7
-ms. The recorder reads the terminal and computes the truth once per 100 samples. If it did both for
-each sample, this would take as long as running the firmware. A line has the time of the first
+ms. The recorder reads the terminal and computes the truth once per 100 samples. If it did this for
+each sample, this work would take as long as running the firmware. A line has the time of the first
 sample after its first byte.
 """
 

@@ -176,7 +176,7 @@ class Alignment:
         return samples[:, -self._poses :]
 
     def _addresses(self, samples: Samples) -> list[int]:
-        """Return the instructions that compute these values, or [] without proof."""
+        """Return the instructions that compute these values, or [] if equal values would prove nothing."""
         last = self._last(samples)
         tolerance = self._evaluator.tolerance(last)
         if (

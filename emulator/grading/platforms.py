@@ -62,7 +62,7 @@ class SubmittedEntry:
 
     ``ids`` and ``names``: keys in a roster. Students can choose ``names``. ``group``: key of the
     submission to which the entry belongs, or "". ``own_name``: the name that the student gave to a
-    renamed file. ``attempt``: time of the attempt. Only the latest attempt of a group is judged.
+    renamed file. ``attempt``: time at which the attempt was handed in. Only the latest attempt of a group is judged.
     """
 
     path: Path

@@ -57,7 +57,7 @@ _MOST_UPLOADS = 2  # number of uploads that wait, each with up to 11 MiB
 
 
 class LiveSession:
-    """Runner of one board after another, with pacing and commands.
+    """Runner of a session's boards, one after another, with pacing and commands.
 
     Raises FcuError if the first board cannot be created. ``record``: scenario file of the session,
     written at the end and at each power-on.

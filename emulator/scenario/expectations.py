@@ -309,10 +309,10 @@ class _Number(Windowed):
 
 
 class ExpectField(_Number):
-    """Each print of a number is near ``value``, or near the truth.
+    """Each printed number is near ``value``, or near the truth.
 
-    The error of a print is the smallest distance from the truth in the time ``settle`` before
-    printing began. ``truth`` names a quantity. ``truth = true`` means the quantity with the
+    The error of a printed number is its smallest distance from the truth in the time ``settle``
+    before printing began. ``truth`` names a quantity. ``truth = true`` means the quantity with the
     number's name. The printed number is ``scale`` times the quantity.
     """
 
@@ -406,7 +406,7 @@ class ExpectField(_Number):
 
 
 class ExpectPrinted(_Number):
-    """A number is printed in its format, and gaps between prints are at most ``max_gap``."""
+    """A number is printed in its format, and the gaps between successive lines are at most ``max_gap``."""
 
     RENAMED: ClassVar[Mapping[str, str]] = {"longest_gap": "max_gap"}
 

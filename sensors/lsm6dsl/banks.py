@@ -334,7 +334,7 @@ class Rounding:
             self._registers.set_jumps(jumps)
 
     def catch_up(self, now_ps: int) -> None:
-        """Do nothing: rounding has no due work."""
+        """Do nothing, because rounding does not depend on time."""
 
     def reset(self, now_ps: int) -> None:
         """Do nothing: ``configure`` reads the registers' reset values."""

@@ -23,7 +23,7 @@
 
 enum IgnoredAccess { READ_UNCLOCKED, WRITE_UNCLOCKED, READ_UNKNOWN, WRITE_UNKNOWN };
 
-/* Callbacks into Python. They set chip->host_next_ps and never raise. */
+/* Callbacks into Python. The callbacks set chip->host_next_ps and never raise an exception. */
 typedef struct {
   void (*advance)(int64_t now_ps); /* an event of Python's clock is due */
   uint32_t (*read)(int64_t now_ps, uint32_t address, uint32_t size);

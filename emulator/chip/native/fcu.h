@@ -246,7 +246,7 @@ void fcu_add_spi_sensor(Chip *chip, int32_t spi, int32_t port, int32_t pin, int3
 /* Add a module that is not fitted. on_access() is called when firmware sends to the module for the first time. */
 void fcu_add_absent_spi_device(Chip *chip, int32_t spi, int32_t port, int32_t pin, void (*on_access)(int64_t now_ps));
 /* fcu_take_spi_message() takes the oldest recorded message; fcu_take_spi_unaddressed() takes the oldest
- * byte that was sent while no chip select was low. They return 0 if nothing is recorded. Only the latest
+ * byte that was sent while no chip select was low. Both functions return 0 if nothing is recorded. Only the latest
  * SPI_RECENT messages and bytes are recorded. */
 int32_t fcu_take_spi_message(Chip *chip, int32_t spi, SpiMessage *message);
 int32_t fcu_take_spi_unaddressed(Chip *chip, int32_t spi, SpiUnaddressed *unaddressed);

@@ -155,7 +155,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
         return self.peek(offset)
 
     def read_with_validity(self, offset: int) -> tuple[int, int]:
-        """Return a register, and the time of its next change."""
+        """Return the value of a register, and the time of its next change."""
         value = self.read(offset)
         if offset not in {TR, DR, SSR} or self.registers[ISR] & _INITF or not self._hz:
             return value, NEVER_PS

@@ -80,7 +80,7 @@ INLINE uint32_t add_with_carry(Core *core, uint32_t x, uint32_t y, uint32_t carr
   uint32_t n = core->r[insn->n];             \
   (void)carry, (void)n
 
-/* Variants for IT blocks. They do not set flags. They contain no branches, because the host would predict
+/* Variants for IT blocks. These functions do not set flags, and contain no branches, because the host would predict
  * these branches badly. */
 #define DEFINE_PREDICATED(operand, name, result)              \
   OPERATION(name##_predicated_##operand) {                    \

@@ -69,7 +69,7 @@ static int64_t now_ps(const I2c *i2c) { return i2c->peripheral.chip->now_ps; }
 
 static int number_of(const I2c *i2c) { return (int)(i2c - i2c->peripheral.chip->i2c); }
 
-/* An I2C reaches no device if its pins are not switched to it. */
+/* If the pins of an I2C are not switched to it, it reaches no device. */
 static bool is_connected(I2c *i2c) {
   char missing[64];
   bool connected = pins_connected(i2c->peripheral.chip, i2c->pins, missing, sizeof missing);

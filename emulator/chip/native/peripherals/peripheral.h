@@ -1,8 +1,8 @@
 /* The interface of a peripheral: memory map, clock, events, interrupt and DMA lines, notes about firmware.
  *
- * A peripheral is a struct whose first member is a Peripheral; struct Chip contains it. Its file has a comment, a
- * PeripheralType, and X_create(). The comment cites the manual and lists functions that are NOT MODELLED. All state
- * is plain data in the struct, because a snapshot is a copy of the chip.
+ * A peripheral is a struct whose first member is a Peripheral; struct Chip contains it. The file of a peripheral
+ * has a comment, a PeripheralType, and X_create(). The comment cites the manual and lists functions that are NOT
+ * MODELLED. All state is plain data in the struct, because a snapshot is a copy of the chip.
  *
  * chip->now_ps is the exact time of the current access or event. State is either computed when it is read, or
  * changed by an event. A scheduled event ends the run of instructions; schedule the event if it may change an
