@@ -5,7 +5,7 @@ This package exports all documented names. Each is loaded on first use, so that 
 
 from __future__ import annotations
 
-if not __name__.startswith("fcu_emulator."):  # imported by its former name
+if not __name__.startswith("fcu_emulator."):  # the package was imported by its old name
     from fcu_emulator._old_names import redirect
 
     redirect(__name__)

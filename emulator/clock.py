@@ -23,7 +23,7 @@ from fcu_emulator.emulator.text import shown
 PS_PER_S: Final = 10**12
 PS_PER_MS: Final = 10**9
 PS_PER_US: Final = 10**6
-NEVER_PS: Final = 1 << 62  # beyond any run: 53 days
+NEVER_PS: Final = 1 << 62  # later than the end of any run: 53 days
 
 
 def to_ps(seconds: float) -> int:
@@ -60,8 +60,8 @@ class Clock:
     ``next_ps`` is the time of the earliest event, and ``deferred_ps`` is the time of the
     earliest deferred call; ``NEVER_PS`` means none.
 
-    Deferred calls do not stop a run. They are executed in order, with the next event or by
-    ``settle()``. During a deferred call, ``now_ps`` is the call's planned time.
+    Deferred calls do not stop a run. These calls are executed in order of time, at the next event
+    or by ``settle()``. During a deferred call, ``now_ps`` is the call's planned time.
     """
 
     def __init__(self) -> None:
@@ -86,7 +86,7 @@ class Clock:
     def schedule(self, at_ps: int, action: Callable[[], None], *, last: bool = False) -> Event:
         """Call ``action()`` at ``at_ps``, or now if ``at_ps`` is past.
 
-        ``last``: after all other events of the same time.
+        ``last``: call it after all other events of the same time.
         """
         event = Event(action)
         if len(self._queue) >= self._purge_at:

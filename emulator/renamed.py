@@ -40,7 +40,7 @@ def current_name(name: Any, renamed: Mapping[str, str]) -> Any:
 
 
 def warn_renamed(old: str, new: str, stacklevel: int = 2) -> None:
-    """Warn the caller's caller of a changed name."""
+    """Show a warning about a changed name at the place of the caller's caller."""
     problem = f"{old} is now called {new}; use that name"
     warnings.warn(problem, DeprecationWarning, stacklevel=stacklevel + 1)
 

@@ -19,7 +19,7 @@ _SHOWN = 40  # maximum length of an invalid value in a message
 def visible(text: str, *, lines: bool = False) -> str:
     """Return ``text`` with escaped control and hidden characters.
 
-    With ``lines``, keep newlines and tabs, and omit carriage returns beside newlines.
+    If ``lines`` is True, keep newlines and tabs, and omit carriage returns beside newlines.
     """
     if lines:
         text = text.replace("\r\n", "\n").replace("\n\r", "\n")

@@ -75,7 +75,7 @@ class DeviceNote(TraceEvent):
     """An access that a device refuses, forbids or does not model. ``what`` is the kind of access.
 
     ``problem`` is a stable identifier such as "scl-too-fast". ``data`` contains the values in
-    ``text`` by name.
+    ``text``, keyed by name.
     """
 
     kind: ClassVar[str] = "note"
@@ -111,7 +111,7 @@ class TickLate(TraceEvent):
 
 @dataclass(frozen=True, slots=True)
 class TickLost(TraceEvent):
-    """Lost ticks, because the previous tick's flag was still set."""
+    """Ticks that were lost because the previous tick's flag was still set."""
 
     kind: ClassVar[str] = "tick_lost"
     timer: str
@@ -227,7 +227,7 @@ Subscriber: TypeAlias = Callable[[TraceEvent], None]
 class Trace:
     """The events of a run. Iteration yields all events, and :meth:`of` returns one type.
 
-    ``detailed``: frequent events are requested. ``observed``: any events are requested.
+    ``detailed``: whether frequent events are requested. ``observed``: whether any events are requested.
     """
 
     def __init__(self) -> None:

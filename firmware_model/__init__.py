@@ -8,7 +8,7 @@ A program takes a HAL (:mod:`fcu_emulator.firmware_model.hal`) and optional sett
 
 from __future__ import annotations
 
-if not __name__.startswith("fcu_emulator."):  # imported by its former name
+if not __name__.startswith("fcu_emulator."):  # the package was imported by its old name
     from fcu_emulator._old_names import redirect
 
     redirect(__name__)

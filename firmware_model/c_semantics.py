@@ -1,7 +1,7 @@
 """C semantics that differ from Python: float32, integer division, division by zero, pow(), printf.
 
-A Python float is C's double. Storing it as float32 rounds it. Products and quotients of two float32
-thus match single precision.
+A Python float is C's double. Storing it as float32 rounds it. So products and quotients of two
+float32 values match single precision.
 
 ``sprintf`` supports ``%d %i %u %x %X %c %s %f %F %e %E %g %G %%``, flags, width, precision and hh,
 h, l, ll, for int and long of 32 bits (C11 7.21.6.1).

@@ -169,7 +169,7 @@ class LabFirmware(ABC):
         hal.HAL_TIM_Base_Start_IT()
 
     def _set_zero_level(self) -> None:
-        """Read the floor's pressure as the level 0 m, before the callback also uses the bus."""
+        """Read the pressure at the floor, which defines the altitude 0 m, before the callback also uses the bus."""
         LPS22HB_WaitForData(self.hal)
         self.press = self.press_zero_level = LPS22HB_Get_Press(self.hal, self.press)
         self.temperature = LPS22HB_Get_Temp(self.hal, self.temperature)
@@ -210,7 +210,8 @@ class Lab3(LabFirmware):
         self.ReadSensorRawData()
         MagCalibration(self.mag, self.mag_min, self.mag_max)
         angles = eCompass(self.acc, self.mag, self._mu)
-        if angles is not self._angles:  # otherwise pins and variables are up to date
+        # if eCompass returns the same object, pins and variables are up to date
+        if angles is not self._angles:
             self._angles = angles
             self.pitch, self.roll, self.azimuth = angles
             self._show_tilt()

@@ -1,6 +1,6 @@
 """Sensors of the lab's main.c: start-up, reading, scaling, and axes.
 
-Vectors point X right, Y forward, and Z up from the component side: out.X = -raw.Y, out.Y = raw.X,
+The axes of vectors are X right, Y forward, and Z up from the component side: out.X = -raw.Y, out.Y = raw.X,
 out.Z = raw.Z.
 
 Decision: sensors are read in bursts of 6, 6, 6 and 3 bytes. The 24 one-byte transactions of ST's

@@ -19,7 +19,7 @@ registry          ``SENSORS``, the sensors by name
 ================  ================================================================
 """
 
-if not __name__.startswith("fcu_emulator."):  # imported by its former name
+if not __name__.startswith("fcu_emulator."):  # the package was imported by its old name
     from fcu_emulator._old_names import redirect
 
     redirect(__name__)

@@ -1,8 +1,8 @@
 """Deviations of a real sensor: offset, scale, drift with temperature, and noise.
 
-Quality ``ideal`` has no errors. In ``typical`` the seed determines normally distributed errors, limited to three
-standard deviations, and noise has its typical strength. In ``worst`` each error is three standard deviations, with
-random sign; each strength is 1.5 times the typical strength.
+With the quality ``ideal``, there are no errors. In ``typical`` the seed determines normally distributed
+errors, limited to three standard deviations, and noise has its typical strength. In ``worst`` each error is
+three standard deviations, with random sign; each strength is 1.5 times the typical strength.
 
 Decision: a datasheet limit counts as three standard deviations; ST's "standard deviation" and a typical value count as
 one standard deviation. If all figures counted as limits, the simulated errors would be too small.
@@ -94,7 +94,7 @@ def rate_deviation() -> Any:
 
 
 def heating_share() -> Any:
-    """Return the field ``heating_percent``, see :mod:`fcu_emulator.emulator.world.warmth`."""
+    """Return the field ``heating_percent`` (:mod:`fcu_emulator.emulator.world.warmth` explains it)."""
     doc = "warming of the sensor's place, in addition to the board's"
     return drawn(doc, "%", 8.0, "the board's size and copper", "typical", (-100.0, 100.0))
 
@@ -126,7 +126,8 @@ def fixed(doc: str, unit: str, value: float, source: str, allowed: tuple[float, 
 
 @dataclass(frozen=True)
 class PartErrors:
-    """Base class of a sensor's errors, by default ideal. ``PART``: the sensor's name, which enters the random seed."""
+    """Base class of a sensor's errors, by default ideal. ``PART``: the sensor's name, which is a part of the
+    random seed."""
 
     PART: ClassVar[str]
 

@@ -3,10 +3,10 @@
 Decision: every filter of the sensors is a second-order Butterworth section by the bilinear transform, with -3 dB at the
 documented cut-off, because no datasheet gives order or shape.
 
-A cascade runs as a state-space system, without a loop; scipy's ``sosfilt`` would add 30 MB.
+A cascade of sections is computed as a state-space system, without a loop; scipy's ``sosfilt`` would need 30 MB more.
 
 Decision: a filtered sample is a pure function of its number (:class:`SampledFilter`). Each segment of sixteen or more
-pages begins with a warm-up. So a reader that skips an hour computes one segment only.
+pages begins with a warm-up. So if a reader skips an hour, only one segment is computed.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ SLOPE: Section = (0.5, -0.5, 0.0, 0.0, 0.0)  # (x[n] - x[n-1]) / 2
 
 
 def low_pass(cutoff: float) -> Section:
-    """Return a second-order low-pass; ``cutoff`` is its -3 dB frequency over the sample rate, below 0.5."""
+    """Return a second-order low-pass; ``cutoff`` is its -3 dB frequency divided by the sample rate, below 0.5."""
     k = math.tan(math.pi * cutoff)
     norm = 1 / (1 + math.sqrt(2) * k + k * k)
     gain = k * k * norm
@@ -84,7 +84,7 @@ def chain(sections: tuple[Section, ...], start: Start) -> Chain:
 
 
 class Chain:
-    """A cascade of sections. Signals have shape (axes, n), states (axes, ``order``)."""
+    """A cascade of sections. Signals have the shape (axes, n), and states have the shape (axes, ``order``)."""
 
     def __init__(self, sections: tuple[Section, ...], start: Start) -> None:
         self.sections = sections
@@ -193,7 +193,7 @@ class _Page:
 
 
 class SampledFilter:
-    """The filtered samples of ``source``, by number."""
+    """The filtered samples of ``source``, identified by their numbers."""
 
     def __init__(self, source: Source, axes: int = 3) -> None:
         self._source = source

@@ -10,10 +10,10 @@ Decisions where the documents are silent:
 
 For slow signals the chain is a pure delay. If a signal is a plain function, the function must return filtered values.
 
-Noise is a pure function of a key and the sample index (Philox). Bias instability is equal in every octave. It is
-a sum of twelve interpolated noises, whose values are T = 1 s, 2 s ... 2048 s apart. Each noise has the density
-w^2 T sinc^4(f T); their sum has w^2 / (3 ln 2 f). IEEE Std 952 defines B by B^2 / (2 pi f), so
-w = sqrt(3 ln 2 / (2 pi)) B.
+Noise is a pure function of a key and the sample index (Philox). Bias instability has the same strength in
+every octave. It is a sum of twelve interpolated noises, whose values are T = 1 s, 2 s ... 2048 s apart. Each
+noise has the density w^2 T sinc^4(f T); their sum has w^2 / (3 ln 2 f). IEEE Std 952 defines B by B^2 / (2 pi
+f), so w = sqrt(3 ln 2 / (2 pi)) B.
 """
 
 from __future__ import annotations
@@ -169,7 +169,7 @@ def conversions_per_sample(output_hz: float) -> int:
 
 
 def before_decimation(conversions: int, cutoff: float = USUAL_DECIMATION) -> tuple[Section, ...]:
-    """Return the low-pass on the conversions before decimation; ``cutoff`` is over the output rate."""
+    """Return the low-pass on the conversions before decimation; ``cutoff`` is a fraction of the output rate."""
     return fourth_order_low_pass(cutoff / conversions) if conversions > 1 else ()
 
 

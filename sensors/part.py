@@ -1,6 +1,6 @@
 """Base of all sensors: signals, registers, and the I2C protocol (LSM6DSL datasheet 6.2, LIS2MDL 6.1, LPS22HB 7.2).
 
-Decision: a sensor that loads its trimming values after power-on does not acknowledge its address. The documents only
+Decision: while a sensor loads its trimming values after power-on, it does not acknowledge its address. The documents only
 say "not accessible" (AN5040 5.7, AN5069 3).
 """
 
@@ -104,7 +104,7 @@ class Sensor:
 
     @classmethod
     def maps(cls) -> dict[str, RegisterMap]:
-        """Return every register map by title; the main map's title is empty."""
+        """Return every register map, keyed by title; the main map's title is empty."""
         return {"": cls.MAP}
 
     def __init__(
@@ -135,7 +135,7 @@ class Sensor:
         return registers.write
 
     def watch(self, accessed: Callable[[], None]) -> None:
-        """Call ``accessed()`` after every register access, because it can change the time of the next pin edge."""
+        """Call ``accessed()`` after every register access, because an access can change the time of the next pin edge."""
         self._accessed = accessed
         self.version[0] += 1
         self._activate(self.active)
@@ -170,7 +170,7 @@ class Sensor:
         )
 
     def supply_current_ua(self) -> float:
-        """Return the configured supply current in microampere."""
+        """Return the supply current in microampere as configured."""
         raise AssertionError(f"{type(self).__name__} has no supply")
 
     def spi_wires(self) -> Wires:
@@ -395,7 +395,7 @@ class SubaddressTarget:
         return self.part.register_name(address)
 
     def answers(self) -> bool:
-        """Return whether the sensor acknowledges its address. A result of True is valid until the next write."""
+        """Return whether the sensor acknowledges its address. If the result is True, it is valid until the next write."""
         if self._booting:
             self._booting = not self.part.accessible(self._now_ps())
         return not self._booting and not self.part.i2c_off

@@ -186,7 +186,7 @@ ADDRESSES = 128  # 7-bit sub-addresses
 
 
 class RegisterMap:
-    """Registers of one sensor or bank, as flat tables by sub-address."""
+    """Registers of one sensor or bank, as flat tables that are indexed by sub-address."""
 
     def __init__(self, registers: Iterable[type[Register]]) -> None:
         self.registers = tuple(sorted(registers, key=lambda register: register.addr))

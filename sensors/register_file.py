@@ -1,6 +1,6 @@
 """Registers in memory, and the rules for reading and writing bursts.
 
-The plan of a burst is cached by address and length; a method call per byte would cost six times as much. Firmware
+The plan of a burst is cached by address and length, because a method call per byte would take six times as long. Firmware
 reads most registers without a call of Python (:mod:`fcu_emulator.sensors.shared_registers`).
 """
 
@@ -158,7 +158,7 @@ class RegisterFile:
             self._set_access(register, access, before, after)
 
     def set_status(self, register: type[Register], before: ReadHook) -> None:
-        """Call the hook ``before`` to update ``register``; the hook must do nothing but process due samples."""
+        """Call the hook ``before`` to update ``register``; this hook must only process due samples."""
         self.before_read(register, before)
         self._set_access(register, STATUS, before, None)
 

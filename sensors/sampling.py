@@ -248,7 +248,7 @@ class SampleStream:
 
 
 def to_int16(counts: NDArray[np.float64]) -> NDArray[np.int16]:
-    """Round and saturate counts at 16 bits."""
+    """Round counts, and limit them to the range of 16 bits."""
     return _whole(counts).astype("<i2")
 
 

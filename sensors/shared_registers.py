@@ -73,7 +73,7 @@ class Train(ctypes.Structure):
         self.holds[: self.width], self.releases[: self.width] = holds, releases
 
     def fill(self, version: int, samples: bytes, times_ps: Sequence[int], *, stale: bool) -> None:
-        """Set the current sample and the next ones; ``times_ps``: times of the next ones and of one more sample.
+        """Set the current sample and the samples after it. ``times_ps``: times of the samples after it and of one more.
 
         ``stale``: the registers do not show the current sample yet.
         """

@@ -1,9 +1,9 @@
 """ST's SPI protocol, common to all sensors (LSM6DSL datasheet 6.3, LIS2MDL 6.2, LPS22HB 7.3).
 
-The sensor answers on SDO (4-wire) or SDI (3-wire). On the wrong line, the host reads 0xFF. Writes always work.
+The sensor answers on SDO (4-wire) or SDI (3-wire). If the host reads the wrong line, it reads 0xFF. Writes always work.
 
-Decision: a sensor that loads its trimming values after power-on drives nothing and ignores commands, so the host reads
-0xFF. The documents only say "not accessible" (AN5040 5.7, AN5069 3).
+Decision: while a sensor loads its trimming values after power-on, it drives nothing and ignores commands, so
+the host reads 0xFF. The documents only say "not accessible" (AN5040 5.7, AN5069 3).
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """Bus objects of four I2C driver families, on a virtual board's I2C bus.
 
 Decisions
-    A driver that does not lock ``BusioI2C`` before use fails, as on a microcontroller.
+    If a driver does not lock ``BusioI2C`` before use, it fails, as on a microcontroller.
 
-    ``MachineI2C`` sends a stop even with ``stop=False``. ``i2c_rdwr`` of ``SMBus`` combines only a
-    write and the next read. Sensors keep the sub-address after a stop, so a driver gets the same
+    ``MachineI2C`` sends a stop even with ``stop=False``. ``i2c_rdwr`` of ``SMBus`` can combine only
+    a write with the next read. Sensors keep the sub-address after a stop, so a driver gets the same
     bytes as after a repeated start.
 """
 

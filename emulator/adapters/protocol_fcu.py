@@ -33,7 +33,7 @@ if __package__ not in serial.protocol_handler_packages:
 
 
 def port_of(board: Board, timeout: float | None = None) -> Serial:
-    """Return an open port of ``board``. The first reads return the earlier output."""
+    """Return an open port of ``board``. The first reads return the output from before this call."""
     port = Serial(None, timeout=timeout)
     port.board = board
     port.is_open = True

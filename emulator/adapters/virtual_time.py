@@ -26,9 +26,10 @@ _in_use: set[str] = set()  # modules that now run on a board's time
 def virtual_time(board: Board, *modules: ModuleType) -> Iterator[None]:
     """Make ``modules`` and their imported submodules use the board's clock.
 
-    Until the block ends, their references to the module ``time`` are replaced, and references to its
-    functions ``sleep``, ``monotonic``, ``perf_counter`` and ``time``, and to the ``_ns`` variants.
-    The clocks count from power-on. Raises InputError if a module already uses a board's time.
+    Until the block ends, references of these modules to the module ``time``, to its functions
+    ``sleep``, ``monotonic``, ``perf_counter`` and ``time``, and to their ``_ns`` variants are
+    replaced. The clocks count from power-on. Raises InputError if a module already uses a board's
+    time.
     """
     found = _with_submodules(modules)
     taken = _in_use.intersection(found)
@@ -67,7 +68,7 @@ def _replacements(board: Board) -> dict[int, object]:
 
     def sleep(seconds: float) -> None:
         if seconds < 0:
-            raise ValueError("sleep length must be non-negative")  # the text of the real function
+            raise ValueError("sleep length must be non-negative")  # the message of time.sleep()
         board.run_for(seconds)
 
     def now_s() -> float:

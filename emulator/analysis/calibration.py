@@ -39,7 +39,7 @@ _SUBTRACT = (
 
 
 def _cause(constant: Numbers, iron: Numbers, radius: float, off: NDArray[np.bool_]) -> tuple[str, str]:
-    centre = iron - constant  # the subtracted value
+    centre = iron - constant  # the value that the firmware subtracts
     magnetic = np.abs(iron) > _FAR
     names = " and ".join(axis for axis, wrong in zip(AXES, off, strict=True) if wrong)
     if _alike(constant[magnetic], iron[magnetic]):

@@ -3,8 +3,8 @@
 For each sequence, the n-th entries of both runs are compared: first the text, then the pace (time
 since the previous entry).
 
-Decision: comparisons use the pace, not the time since power-on, because compiled code is 2 %
-slower.
+Decision: comparisons use the pace, not the time since power-on, because compiled code runs 2 %
+slower than the Python firmware.
 
 Decision: entries are compared by position and not aligned by a diff algorithm, because the first
 mistake causes all later mistakes.
@@ -41,7 +41,7 @@ TIMING_PS = 20 * PS_PER_MS
 _LOOP_PS = 2 * PS_PER_S  # one period of the lab's main loop, including text, with a margin
 _DRIFT = 25  # a run may be late by 1/25 of its duration
 _CONTEXT = 3
-_SAME_AFTER = 8  # number of entries that must be equal after an entry of only one run
+_SAME_AFTER = 8  # if one run has an additional entry, number of entries after it that must be equal
 _COUNTS = re.compile(r"(\d+) ticks, (\d+) lost")
 _NEGATIVE_ZERO = re.compile(r"-(?=0(?:\.0+)?(?![\d.]))")
 """The minus sign of a zero. Comparisons ignore it: -0.0f equals 0.0f, and -0 equals 0."""
@@ -52,8 +52,8 @@ _NUMBER = re.compile(r"-?(?:\d+(?:\.\d+)?|inf|nan)\b")
 class Rules:
     """Rules of equality.
 
-    ``timing_ps``: tolerance of the pace. ``tolerance``: tolerance of numbers by field ("ACC.x",
-    "Yaw"), in printed units. ``ignore``: properties not to compare.
+    ``timing_ps``: tolerance of the pace. ``tolerance``: tolerance of the numbers of each field
+    ("ACC.x", "Yaw"), in printed units. ``ignore``: properties not to compare.
     """
 
     timing_ps: int = TIMING_PS
@@ -65,8 +65,8 @@ class Rules:
 class Difference:
     """A difference at entry ``index``.
 
-    ``first`` and ``second`` are the runs' entries, or None if missing. ``before`` holds the
-    preceding equal pairs.
+    ``first`` and ``second`` are the runs' entries, or None if missing. ``before`` holds the pairs
+    of equal entries before the difference.
     """
 
     sequence: str
@@ -118,7 +118,7 @@ def compared(first: Observation, second: Observation, rules: Rules) -> list[str]
 
 
 def tolerances(given: Iterable[tuple[str, float]]) -> dict[str, float]:
-    """Return tolerances by field. The name "ACC" selects three fields. Raises InputError."""
+    """Return tolerances by field. The name "ACC" selects the three fields of the accelerometer. Raises InputError."""
     chosen: dict[str, float] = {}
     for name, value in given:
         fields = [one for one in FIELDS if name in (one, one.split(".")[0])]
@@ -131,7 +131,7 @@ def tolerances(given: Iterable[tuple[str, float]]) -> dict[str, float]:
 
 
 def largest_deviations(first: Observation, second: Observation) -> dict[str, float]:
-    """Return the largest difference by printed field, in printed units."""
+    """Return the largest difference of each printed field, in printed units."""
     largest: dict[str, float] = {}
     for one, other in zip(first.sequences[TERMINAL], second.sequences[TERMINAL], strict=False):
         if one.cut or other.cut or _without_numbers(one.text) != _without_numbers(other.text):
@@ -176,7 +176,7 @@ def _inserted(
 
 
 def _runs_on(first: Sequence[ObservedItem], second: Sequence[ObservedItem], rules: Rules) -> bool:
-    """Return whether enough equal entries follow to exclude chance."""
+    """Return whether so many equal entries follow that the match is not accidental."""
     pairs = list(zip(first[:_SAME_AFTER], second[:_SAME_AFTER], strict=False))
     texts = {one.text.strip() for one, _ in pairs}
     return len(pairs) >= 2 and len(texts) >= 2 and all(_same_text(one, other, rules) for one, other in pairs)
@@ -188,7 +188,8 @@ def _same_entry(name: str, one: ObservedItem, other: ObservedItem, rules: Rules,
         return _same_text(one, other, rules)
     (ticks, lost), (other_ticks, other_lost) = (map(int, count.groups()) for count in counts if count)
     most = max(ticks, other_ticks)
-    late = most * _grace_ps(rules, end_ps) / max(end_ps, 1)  # maximum ticks between the timers' starts
+    # maximum number of ticks between the starts of the two timers
+    late = most * _grace_ps(rules, end_ps) / max(end_ps, 1)
     return abs(ticks - other_ticks) <= late + 1 and abs(lost - other_lost) <= most / 100
 
 
@@ -212,7 +213,7 @@ def _same_text(one: ObservedItem, other: ObservedItem, rules: Rules) -> bool:
 
 
 def _same_beginning(text: str, wanted: str, rules: Rules) -> bool:
-    """Compare a truncated line. The number at its end may be incomplete."""
+    """Compare a truncated line. The number at the end of this line may be incomplete."""
     if text.startswith(wanted) or wanted.startswith(text):
         return True
     if not rules.tolerance and "numbers" not in rules.ignore:

@@ -1,6 +1,6 @@
-"""Comparison of MAG's changes, because raw and calibrated values differ by a constant.
+"""Comparison of the changes of MAG with the true changes, because raw and calibrated values differ by a constant.
 
-Decision: a board that has not been turned far enough gets no hint about MAG, because the
+Decision: if the board has not been turned far enough, there is no hint about MAG, because the
 calibration still changes.
 """
 
@@ -20,10 +20,10 @@ MAG = Group("MAG[x,y,z]", tuple(f"MAG.{axis}" for axis in AXES), 50.0, "mgauss",
 _FEWEST = 5  # minimum number of lines
 _SHARE = 0.9  # share of the lines that must fit
 _TURNED = 400.0  # mgauss by which two axes must change: a large part of a turn
-_SLACK = 60.0  # mgauss by which later values may exceed the extremes of the first half
+_SLACK = 60.0  # mgauss by which later values may exceed the extremes of the run's first half
 _RIGHT_FACTOR = 1.15
-# maximum spread of the printed low byte if firmware exchanges the bytes: the true high byte has a range of 6
-# steps of 384 mgauss by the earth's field and hard iron
+# if firmware exchanges the bytes, the printed low byte is the true high byte; with the earth's field and
+# hard iron, its range is at most 6 steps of 384 mgauss
 _HIGH_BYTES = 6
 
 Numbers = NDArray[np.float64]
@@ -42,7 +42,7 @@ class _Rows(NamedTuple):
         return (self.low + self.high) / 2
 
     def residual(self, mapped_low: Numbers, mapped_high: Numbers, values: Numbers | None = None) -> float:
-        """Return the error in mgauss that few rows exceed. Ignore a constant error of each axis."""
+        """Return the error in mgauss that only a few rows exceed. Ignore a constant error of each axis."""
         printed = self.values if values is None else values
         offset = np.median(printed - (mapped_low + mapped_high) / 2, axis=0)
         moved = printed - offset
@@ -51,7 +51,7 @@ class _Rows(NamedTuple):
 
 
 def field_hint(lines: Sequence[LabLine]) -> Hint | None:
-    """Return the simple mistake behind a wrong magnetic field, or None."""
+    """Return the simple mistake that explains a wrong magnetic field, or None."""
     rows = _judgeable([line for line in lines if line.label == MAG.label and line.values is not None])
     if rows is None or rows.residual(rows.low, rows.high) <= MAG.far:
         return None
@@ -59,7 +59,7 @@ def field_hint(lines: Sequence[LabLine]) -> Hint | None:
 
 
 def changes(lines: Sequence[LabLine]) -> tuple[Numbers, float, LabLine] | None:
-    """Return MAG's constant error by axis and the field's modulus (both in mgauss), and the final line.
+    """Return MAG's constant error of each axis and the field's modulus (both in mgauss), and the last line that was used.
 
     Return None if the board was not turned far enough, or MAG's changes are wrong.
     """

@@ -363,7 +363,9 @@ def altitude_hint(lines: Sequence[LabLine], temperature_degc: float) -> Hint | N
     truths = [(row.line.truth["Altitude"], (row.line.values or {})["Altitude"]) for row in rows]
     off = sum(truth.distance(value) > _OFF_M for truth, value in truths)
     if off < _DIFFERENT:
-        return None  # correct programs deviate too: by noise, and by their single reading at the floor
+        # correct programs deviate too, because of noise and because they read the pressure at the floor
+        # only once
+        return None
     named = explained("Altitude", rows, right, list(_wrong_altitudes(ratio, kelvin)), _metres)
     return named or explained("Altitude", rows, right, list(_times(rows, right)), _metres)
 

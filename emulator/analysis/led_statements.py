@@ -80,7 +80,7 @@ class _Statements:
         return [one for one, _ in found.most_common()]
 
     def shown(self, sites: Iterable[int]) -> list[str]:
-        """Return the places of some statements. Omit places in main() (set-up) if there are other places."""
+        """Return the statements' places. Omit places in main() (set-up) if there are other places."""
         every = list(dict.fromkeys(sites))
         outside = [one for one in every if self.places.function_name(one) != _MAIN]
         return list(dict.fromkeys(map(self.places.place, outside or every)))[:_MOST_SHOWN]

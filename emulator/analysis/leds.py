@@ -77,7 +77,7 @@ def _side(angle: float) -> int | None:
     return None if abs(angle) < _STEEP else (1 if angle > 0 else -1)
 
 
-# -- lit beyond 80 degrees to one side only, or inverted ----------------------------------------------------
+# -- an LED that is lit beyond 80 degrees on one side only, or that is inverted -----------------------------
 
 
 def _sides(name: str, angle: str, looks: Sequence[_LedCondition]) -> Iterator[Diagnosis]:
@@ -110,7 +110,7 @@ def _sides(name: str, angle: str, looks: Sequence[_LedCondition]) -> Iterator[Di
         )
 
 
-# -- an LED that is toggled, and therefore wrong half of the time -----------------------------------------------
+# -- an LED that is toggled, so that it is wrong during half of the time -----------------------------------
 
 _FEWEST_EDGES = 4
 _STILL_G = 0.05

@@ -55,7 +55,7 @@ _Cause = TypeVar("_Cause", bound=_HasData)
 def explain(board: Board, recorder: TruthRecorder, after_failure: bool = False) -> list[Diagnosis]:
     """Return the firmware's problems in this run.
 
-    ``after_failure`` adds problems of the sensors' set-up to a fatal problem.
+    ``after_failure``: after a fatal problem, also return problems of the sensors' set-up.
     """
     found = board.chip.findings() if board.chip is not None else []
     lines = list(recorder.lines)
@@ -180,7 +180,7 @@ def _numbers(board: Board, lines: Sequence[LabLine], where: _Where) -> Iterator[
 def _of_numbers(
     found: Hint, groups: Sequence[Group], where: _Where, address: int | None, sentences: Iterable[str]
 ) -> Diagnosis:
-    """Return the diagnosis of wrong numbers of groups. ``address``: the instruction that the diagnosis names."""
+    """Return the diagnosis of groups with wrong numbers. ``address``: the instruction that the diagnosis names."""
     group = groups[0]
     truth = ", ".join(
         f"{name} {_number(one.middle)}"

@@ -15,7 +15,8 @@ from fcu_emulator.emulator.analysis.recorder import LabLine, ValueRange
 
 _FEWEST = 2  # minimum number of wrong lines
 _SHARE = 0.9  # minimum share of the lines that a mistake must explain
-_NARROW = 3  # multiplies the distance from the truth, so that random numbers do not count as a wrap
+# factor of the distance from the truth for a wrap, because random numbers must not count as a wrap
+_NARROW = 3
 AXES = ("x", "y", "z")
 
 
@@ -35,7 +36,7 @@ Distance: TypeAlias = Callable[[Sequence[float], Sequence[ValueRange]], float]
 
 
 class Change(NamedTuple):
-    """A possible mistake. ``distance`` compares printed values with the truth as changed by this mistake."""
+    """A possible mistake. ``distance`` compares printed values with the values that this mistake makes of the truth."""
 
     distance: Distance
     summary: str
@@ -62,7 +63,7 @@ ALTITUDE = Group("Altitude:", ("Altitude",), 1.5, "m")
 
 
 def hint(lines: Sequence[LabLine], group: Group) -> Hint | None:
-    """Return the simple mistake behind a group's wrong numbers, or None."""
+    """Return the simple mistake that explains a group's wrong numbers, or None."""
     rows = [_Row(seen, group) for seen in lines if seen.label == group.label and seen.values is not None]
     rows = [row for row in rows if all(map(math.isfinite, row.values))]
     if not rows or (group is YAW and not _turns(rows)):
@@ -320,7 +321,7 @@ def _swapped(raw: int) -> int:
 
 
 def _around(value: float, group: Group) -> range:
-    """Return the raw values for which firmware may print ``value``, possibly truncated."""
+    """Return the raw values that firmware may print as ``value``, with or without truncation."""
     slack = math.ceil(1 / group.per_lsb) if group.per_lsb < 1 else 0
     raw = round(value / group.per_lsb)
     return range(raw - slack, raw + slack + 1)

@@ -97,7 +97,7 @@ def is_led(name: str) -> bool:
 
 
 def led_pins(board: Board) -> dict[str, str]:
-    """Return the LEDs' pins by sequence name."""
+    """Return the LEDs' pins, keyed by the name of the sequence."""
     return {name: led.pin for name, led in board.leds.items()}
 
 
@@ -114,7 +114,7 @@ class _ComparedEvents:
         self.close = trace.subscribe(self._take)
 
     def exceeded(self) -> str:
-        """Return the limit of events if it is reached, or ""."""
+        """Return the limit on the number of events if the run has reached it, or ""."""
         full = self._full or (self._transfers and self._trace.dropped)
         return f"{MOST_EVENTS} events" if full else ""
 

@@ -12,7 +12,7 @@ from fcu_emulator.emulator.errors import InputError, LinkError
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
 KINDS = (".png", ".svg", ".pdf")
-_AXES = {  # by the label up to its first bracket or colon
+_AXES = {  # the key is a line's label up to the first bracket or colon
     "ACC": "acceleration, mg",
     "GYR": "rate, mdps",
     "MAG": "field, mG",

@@ -1,11 +1,11 @@
-"""Printed lines and LEDs of a run, with preceding true values.
+"""Printed lines and LEDs of a run, with the true values just before them.
 
 The truth is a range, because a printed value is older than its line.
 
 Decision: the recorder samples the callback every 4.87 ms of virtual time and the LEDs every 48.7
-ms. It reads the terminal and computes the truth once per 100 samples. Doing both for each sample
-would take as long as running the firmware. A line has the time of the first sample after its first
-byte.
+ms. The recorder reads the terminal and computes the truth once per 100 samples. If it did this for
+each sample, this work would take as long as running the firmware. A line has the time of the first
+sample after its first byte.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from fcu_emulator.emulator.scenario.run_view import FORMATS, TRUTH, lab_angles
 
 SETTLE_S = 0.15
 _LOOK_PS = Fraction(487 * PS_PER_MS, 100)
-"""Not a multiple of the callback's period."""
+"""Interval of the samples, which is not a multiple of the callback's period."""
 _INSTANTS = 9
 _LINES_KEPT, _LIGHTS_KEPT = 1_000, 4_000
 _REST_KEPT = 4096  # bytes
@@ -55,7 +55,7 @@ class ValueRange:
 
 @dataclass(frozen=True)
 class LabLine:
-    """A line of the lab, its numbers (None if the format differs), and their truth."""
+    """A line of the lab, its numbers (None if the format differs), and the true values of these numbers."""
 
     label: str
     text: str
@@ -66,7 +66,7 @@ class LabLine:
 
 @dataclass(frozen=True)
 class Lights:
-    """LEDs, with pitch and roll in degrees by the lab's formula from the true force."""
+    """States of the LEDs, with pitch and roll in degrees, computed from the true force by the lab's formula."""
 
     at_s: float
     pitch: float
@@ -163,7 +163,7 @@ class TruthRecorder:
         return float(self._start_ps - -late_ps // _LOOK_PS * _LOOK_PS) / PS_PER_S
 
     def _look_at_callback(self, handled: Sequence[str], timer: str) -> None:
-        """Count a poll, except in fault handlers: a callback remains active if a fault interrupts it."""
+        """Count a poll, except in fault handlers, because an interrupted callback remains active in a fault handler."""
         if _FAULTS.isdisjoint(handled):
             self.looks_at_callback += 1
             self.callback_seen += any(timer in name for name in handled)

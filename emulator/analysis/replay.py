@@ -1,4 +1,5 @@
-"""Replay of Python firmware on recorded samples. Only the firmware's arithmetic and text may differ.
+"""Replay of Python firmware on recorded samples. The firmware may differ from the recorded one only in
+arithmetic and text.
 
 The main loop reads a line's values when the last bit of the previous text is sent (TC, RM0368
 19.3.2). A callback begins with the first transfer after the previous callback's transfers. If a loop
@@ -34,13 +35,13 @@ from fcu_emulator.emulator.trace import BusTransfer, GpioEdge, TerminalBytes, Tr
 
 _LF = ord("\n")
 _LOADED_PS = 2 * PS_PER_US
-"""More than the times that the supplied solution needs: 0.3 us from the last bit of a text until the loop
+"""This time is longer than the times that the supplied solution needs: 0.3 us from the last bit of a text until the loop
 reads its variables, and 1.6 us from the timer's interrupt until the callback's first transfer.
 """
 
 
 def replay(board: Board, firmware: Callable[[Any], HostedApplication]) -> Observation:
-    """Return text and LEDs of ``firmware`` with the samples read on ``board``.
+    """Run ``firmware`` with the samples that were read on ``board``, and return its text and LEDs.
 
     ``board`` has run with ``trace.record_all()``. ``firmware`` takes a HAL. Raises InputError for a
     failed transfer, or if ``firmware`` requests data that was not read.
@@ -81,7 +82,8 @@ class _Recording:
         self.end_ps = board.clock.now_ps
         self.reads = deque(_reads(board))
         addresses = board.description.addresses
-        self.devices = {address << 1: name for name, address in addresses.items()}  # as in HAL calls
+        # addresses with 8 bits, as in HAL calls
+        self.devices = {address << 1: name for name, address in addresses.items()}
         sent = list(bytes_sent(board.trace.of(TerminalBytes), board.terminal.uart))
         self.sent_ps = [at_ps for at_ps, _ in sent]
         self._line_ends = [number for number, (_, byte) in enumerate(sent, start=1) if byte == _LF]
@@ -89,7 +91,7 @@ class _Recording:
         self.left_ps = [at_ps + frame_ps for at_ps in self.sent_ps]
 
     def position(self, text: bytearray) -> int:
-        """Return the position after ``text`` in the recording, by the lines and further bytes of ``text``."""
+        """Return the position in the recording after as many lines and further bytes as ``text`` has."""
         lines = text.count(_LF)
         if not lines:
             return len(text)
@@ -98,7 +100,7 @@ class _Recording:
         return self._line_ends[lines - 1] + len(text) - text.rindex(_LF) - 1
 
     def times_ps(self, text: bytes | bytearray) -> Iterator[int]:
-        """Yield a time for each byte of ``text`` from the recorded line."""
+        """Yield a time for each byte of ``text``, taken from the recorded line with the same number."""
         begin = 0
         for line, sent in enumerate(_lines(text)):
             if line < len(self._line_ends):
@@ -143,7 +145,7 @@ class _ReplayHal(HalGpio):
         self._recording = recording
         self._text = bytearray()
         self._spoken_ps = 0  # end of the latest text
-        self._delayed_ps = 0  # the firmware's delays since then
+        self._delayed_ps = 0  # sum of the firmware's delays after the latest text
         self._timer_runs = False
 
     def printed(self) -> Iterator[tuple[int, int]]:
@@ -184,7 +186,8 @@ class _ReplayHal(HalGpio):
         return HAL_OK, data
 
     def _read(self, device: str, register: int) -> bytes:
-        """Return the next recorded read. Skip boot reads over SPI, which Python firmware omits."""
+        """Return the next recorded read. Skip reads over SPI during the boot, because Python firmware does
+        not make these reads."""
         while reads := self._recording.reads:
             read = reads.popleft()
             if (read.device, read.register) == (device, register):

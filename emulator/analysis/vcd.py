@@ -152,7 +152,7 @@ class VcdFile:
             self._put(*edge)
 
     def _put(self, at_ps: int, wire: str, level: int) -> None:
-        if wire == f"firmware.{self._callback}":  # sampled often, changes rarely
+        if wire == f"firmware.{self._callback}":  # this wire is sampled often and changes rarely
             if self._levels[wire] == level:
                 return
             self._levels[wire] = level

@@ -76,13 +76,13 @@ class Board:
     HEX or BIN file, a callable that takes the HAL, or None for sensors only.
     ``scenario``: a name, a path or a loaded scenario. The scenario's firmware is the default.
     ``wiring``: ``"lab3"`` (all sensors on I2C2), ``"fcu001v1"`` (SPI2, as on the real board), or
-    None to select the wiring by the firmware's symbols or a trial.
+    None to select the wiring by the firmware's symbols or by a trial run.
     ``seed``: selects offsets and noise. The default is the scenario's seed, else 0.
     ``ideal``: sensors without errors, on a board without iron.
     ``cold_start``: if True, the supply is off before t = 0, and the board warms up. The LSM6DSL does
     not answer for 15 ms and the LIS2MDL for 20 ms (no acknowledge on I2C, 0xFF on SPI). By default
     the scenario decides; without a scenario, the supply has been on for a long time.
-    ``crystal_hz``: the chip's crystal, 4 to 26 MHz. The default is the scenario's, else 16 MHz.
+    ``crystal_hz``: the chip's crystal, 4 to 26 MHz. The default is the scenario's crystal, else 16 MHz.
 
     Times are virtual seconds since power-on. Close a board with ``close()`` or a ``with`` block.
     Raises InputError or ScenarioError.
@@ -273,7 +273,7 @@ class Board:
         return {} if self.chip is None else self.chip.chip.usarts.unconnected_output()
 
     def supply_current_ua(self) -> dict[str, float]:
-        """Return each sensor's configured supply current."""
+        """Return the supply current of each sensor as configured."""
         return self.sensors.supply_current_ua()
 
     def variable(self, name: str) -> Any:
@@ -297,9 +297,9 @@ class Board:
     ) -> Any:
         """Call a C function of compiled firmware, and return its result.
 
-        Numbers are passed by value. For a pointer parameter, give an address, a string, bytes, a structure's
-        members (mapping, object or sequence), or a sequence of values to point to. Changes of these
-        values are copied back to lists, dictionaries, objects and byte arrays. After the
+        Numbers are passed by value. For a pointer parameter, pass an address, a string, bytes, a structure's
+        members (mapping, object or sequence), or a sequence of values to which the pointer will point.
+        Changes of these values are copied back to lists, dictionaries, objects and byte arrays. After the
         call, the chip is restored, unless ``keep`` is set.
 
         ``max_instructions`` limits functions that compute; ``timeout_s`` (virtual time) limits
@@ -309,7 +309,7 @@ class Board:
         return self._calls("call").call(name, arguments, keep, max_instructions, timeout_s)
 
     def scratch(self) -> AbstractContextManager[Scratch]:
-        """Return a chip copy for calls without effect on the board."""
+        """Return a copy of the chip. Calls in this copy have no effect on the board."""
         return self._calls("scratch").scratch()
 
     def _calls(self, what: str) -> Caller:
@@ -338,7 +338,7 @@ class Board:
     ) -> bool:
         board = cls(firmware, wiring=wiring.name, ideal=True, crystal_hz=crystal_hz)
         arm = board._built("a trial")
-        with suppress(FcuError):  # the real run will report it
+        with suppress(FcuError):  # the run after this trial will report the error
             while board.now_s < _LONGEST_TRIAL_S:
                 board.run_for(_TRIAL_STEP_S)
                 if any(one.result == "ok" and one.device for one in board.recent_transfers()):
@@ -350,7 +350,7 @@ class Board:
 
     def _boot(self, choice: Choice) -> Backend:
         signals = self.signals
-        self._end_firmware: Callable[[], object] = bool  # bool() has no effect
+        self._end_firmware: Callable[[], object] = bool  # by default, the end of the firmware has no effect
         if choice.image is not None:
             from fcu_emulator.emulator.chip.firmware import ArmFirmware
 

@@ -32,7 +32,7 @@ from fcu_emulator.sensors.register_file import NoteCallback, WriteLog
 
 
 class SensorSet:
-    """The sensors of one board, by name: ``sensors["LSM6DSL"]``, or ``sensors.lsm6dsl``.
+    """The sensors of one board, keyed by name: ``sensors["LSM6DSL"]``, or ``sensors.lsm6dsl``.
 
     ``powered_on_ps``: time of power-on; None if power-on was long ago. Raises InputError for
     settings of absent sensors.
@@ -151,7 +151,7 @@ def _replace(errors: PartErrors, numbers: Numbers) -> PartErrors:
 
 
 class PinWatch:
-    """Reporter of a sensor's pin edges to pins and trace, at the times of the edges."""
+    """Reporter of the edges of a sensor's pins. Listeners and trace get each edge at the time of the edge."""
 
     def __init__(self, part: Sensor, clock: Clock, trace: Trace) -> None:
         self._part = part
@@ -163,7 +163,7 @@ class PinWatch:
             pin.on_wire = partial(self._wire, pin)
 
     def _wire(self, pin: Pin) -> None:
-        self._part.catch_up(self._clock.now_ps)  # past edges are not reported
+        self._part.catch_up(self._clock.now_ps)  # edges before this time are not reported
         pin.observe(partial(self._record, f"{self._part.NAME}.{pin.name}"))
         self._part.watch(self._arm)
         self._arm()

@@ -10,7 +10,7 @@ from fcu_emulator.emulator.buses.uart import NOT_UTF_8, Uart, decoded
 from fcu_emulator.emulator.clock import PS_PER_S, Clock, to_ps
 from fcu_emulator.emulator.errors import ExpectationError, InputError
 
-_LOOK_EVERY_PS = PS_PER_S // 100  # step of expect() between two checks
+_LOOK_EVERY_PS = PS_PER_S // 100  # virtual time between two checks in expect()
 _TAIL, _LINES = 2_000, 8  # bytes and lines of output that an error shows
 
 

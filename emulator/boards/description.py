@@ -44,7 +44,7 @@ CRYSTAL_RANGE_HZ = range(4_000_000, 26_000_001)  # STM32F401xB/C datasheet, HSE
 class MountedSensor:
     """A sensor that measures matrix @ vector for a vector in the board's axes.
 
-    ``mountings``: matrices by name, the usual matrix first. ``mounting_key``: the scenario key that
+    ``mountings``: matrices, keyed by name, the usual matrix first. ``mounting_key``: the scenario key that
     selects a mounting.
     """
 
@@ -85,7 +85,7 @@ class SerialLine:
 class CallbackTimer:
     """The timer whose interrupt calls ``HAL_TIM_PeriodElapsedCallback``.
 
-    Clock and priority are for Python firmware.
+    Clock and priority are used by Python firmware only.
     """
 
     peripheral: str
@@ -95,7 +95,8 @@ class CallbackTimer:
 
 @dataclass(frozen=True)
 class AbsentPart:
-    """A part without a model. The trace reports when firmware selects it. ``held``: levels of the part's outputs."""
+    """A part without a model. If firmware selects this part, the trace reports it. ``held``: levels of the
+    part's outputs."""
 
     name: str
     spi: str
@@ -185,7 +186,7 @@ class BoardDescription:
 
     @cached_property
     def firmware(self) -> dict[str, str]:
-        """Descriptions of supplied firmware by name."""
+        """Descriptions of supplied firmware, keyed by name."""
         built = {name: text for name, (_, text) in self.built_firmware.items()}
         return {**self.python_firmware, **built}
 
@@ -226,9 +227,10 @@ class BoardErrors(PartErrors):
     Steel adds a constant field (hard iron) and distorts the Earth's field (soft iron); the seed
     selects both. Sources: published calibrations of eight other boards, such as Adafruit_AHRS,
     examples/ahrs_fusion_usb, and an ArduPilot autopilot (diydrones.com, "compass calibration always
-    above 150"). Half of their offsets exceed 115 mgauss. Their soft iron is 6 % along an axis and
-    2.4 % between axes. The figures here are smaller, because the errors of the sensor itself are
-    selected separately. The quartz is exact unless ``hse_ppm`` is set.
+    above 150"). Half of the offsets of these boards exceed 115 mgauss. The soft iron of these
+    boards is 6 % along an axis and 2.4 % between axes. The figures here are smaller, because the
+    errors of the sensor itself are selected separately. The crystal is exact unless ``hse_ppm`` is
+    set.
     """
 
     PART: ClassVar[str] = "board"

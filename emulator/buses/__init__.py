@@ -1,1 +1,1 @@
-"""Carriers of bytes and levels: I2C, SPI, USART and GPIO."""
+"""Connections that transmit bytes and levels: I2C, SPI, USART and GPIO."""

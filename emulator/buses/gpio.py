@@ -1,8 +1,8 @@
 """The board's pins (RM0368 section 8).
 
 A pin is low if any output drives it low. Without outputs, the pull resistor sets the level. A
-floating input reads 0; on the real board it reads noise. The trace shows edges of the chip's outputs,
-and a released pin as 1.
+floating input reads 0; on the real board it reads noise. The trace shows the edges of the chip's
+outputs; it shows a released pin as 1.
 
 Decision: two conflicting outputs on a pin are not an error but give 0, because no exercise can
 short outputs on this board.
@@ -25,7 +25,7 @@ LevelCallback: TypeAlias = Callable[[int], None]
 _PORTS = "ABCDEH"  # the STM32F401 has no port F and G (RM0368 section 2.3)
 _PIN_NAME = re.compile(rf"P([{_PORTS}])(1[0-5]|[0-9])")
 BUTTON_S: Final = 0.1
-"""Duration of a press without another duration."""
+"""Default duration of a press."""
 
 
 def parse_pin(name: str) -> tuple[str, int]:
@@ -40,7 +40,7 @@ class ChipPins(Protocol):
     """The chip's pins, which report edges by :meth:`Gpio.show_edge`."""
 
     def side(self, port: str, pin: int) -> tuple[int | None, int | None, int | None]:
-        """Return output level, pull level and alternate function."""
+        """Return a pin's output level, pull level and alternate function."""
         ...
 
     def drive(self, port: str, pin: int, level: int | None) -> None:
@@ -126,7 +126,7 @@ class Gpio:
     # -- the chip's side --------------------------------------------------------------------------------
 
     def init_output(self, port: str, pin: int) -> None:
-        """Make a pin a push-pull output. Its level is 0, unless the pin was an output before."""
+        """Make a pin a push-pull output. The pin's level is 0, unless the pin was an output before."""
         self.write(port, pin, self._pins[port, pin].output or 0)
 
     def write(self, port: str, pin: int, level: int, *, open_drain: bool = False) -> None:

@@ -84,9 +84,9 @@ class I2CFault:
     ``nack``: byte ``byte_index`` of a write is not acknowledged (0: the address);
     ``stuck``: a line is held low;
     ``bus_error``: a start or stop is misplaced;
-    ``arbitration``: another master wins during the address.
+    ``arbitration``: another master wins the bus during the address.
 
-    ``address`` None means every address.
+    If ``address`` is None, the rule applies to every address.
     """
 
     kind: FaultKind

@@ -1,4 +1,4 @@
-"""Calls of single C functions of a firmware, by name, with Python values.
+"""Calls of single C functions of a firmware. Python passes the function's name, and values as arguments.
 
 ::
 
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from fcu_emulator.emulator.chip.image.symbols import Symbols
 
 INSTRUCTIONS: Final = 10_000_000
-"""The limit of a call: about 0.15 s of virtual time at 84 MHz."""
+"""Default maximum number of instructions in a call: about 0.15 s of virtual time at 84 MHz."""
 TIMEOUT_S: Final = 1.0
 _RETURN: Final = 0x0FFF_FFFE
 """The return address of a call. No memory has this address, so the copy stops there."""

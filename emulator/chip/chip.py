@@ -1,4 +1,4 @@
-"""The STM32F401's peripherals by address (RM0368 table 1) and interrupt input (table 38)."""
+"""The STM32F401's peripherals at their addresses (RM0368 table 1) and interrupt inputs (table 38)."""
 
 from __future__ import annotations
 

@@ -508,7 +508,7 @@ class FcuChip:
 
 
 class NativePeripheral(Peripheral):
-    """A peripheral in C, with registers by offset."""
+    """A peripheral in C. Its registers are accessed by their offsets."""
 
     index: int
 

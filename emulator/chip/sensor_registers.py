@@ -1,4 +1,4 @@
-"""Calls with which C updates its view of the sensors' registers (sensors/shared_registers.py)."""
+"""Calls with which C requests the sensors' registers from Python (sensors/shared_registers.py)."""
 
 from __future__ import annotations
 

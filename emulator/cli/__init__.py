@@ -137,7 +137,7 @@ def _execute(arguments: Sequence[str]) -> ExitCode | int:
         try:
             code = cli.main(list(arguments), prog_name="fcu", standalone_mode=False, obj=arguments)
         except SystemExit as error:
-            if _COMPLETION in os.environ:  # click answers and exits
+            if _COMPLETION in os.environ:  # click prints the completions and exits
                 return int(error.code or 0)
             return ExitCode.READER_GONE  # click exits with 1 on a broken pipe
         return code if isinstance(code, int) else ExitCode.PASSED
@@ -174,7 +174,7 @@ def _show_warning(
 
 
 def _address_space() -> float:
-    """Return the address space limit in bytes."""
+    """Return the limit of the address space in bytes."""
     limit = math.inf
     if sys.platform != "win32":
         import resource

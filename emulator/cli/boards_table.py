@@ -19,7 +19,7 @@ _SEEDS_SHOWN = 10
 class BoardResult:
     """Result on the board ``seed``.
 
-    ``score``: such as "18 of 20". ``lost``: failed checks or expectations. ``why``: reason for an
+    ``score``: a text such as "18 of 20". ``lost``: failed checks or expectations. ``why``: reason for an
     early end.
     """
 

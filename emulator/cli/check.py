@@ -1,7 +1,8 @@
 """``fcu check``: show which exercises are done, and details of the next one.
 
-Decision: problems that the diagnosis finds are shown before the failed checks, because the places of problems
-help most. If a problem stops main() or the samples, the hints of the checks are omitted, because hints would distract.
+Decision: problems that the diagnosis finds are shown before the failed checks, because the place of a problem
+helps the student most. If a problem stops main() or the samples, the hints of the checks are omitted, because
+they would distract the student from the problem.
 """
 
 from __future__ import annotations
@@ -87,7 +88,7 @@ def check_program(options: CheckOptions) -> ExitCode:
 
 @contextmanager
 def _workers(jobs: int | None, runs: int) -> Iterator[Executor | None]:
-    """Yield an executor that makes runs in further processes, or None if this process is enough."""
+    """Yield an executor that executes runs in further processes, or None if this process is enough."""
     count = min(jobs or os.cpu_count() or 1, runs)
     if count == 1 or limits_of_worker() is not None:
         yield None
@@ -163,7 +164,7 @@ def _write(path: Path, verdict: Verdict) -> None:
 def _save(folder: Path, verdict: Verdict, rubric: Rubric, firmware: str) -> tuple[dict[str, Path], list[str]]:
     """Write the motions of the runs as scenarios.
 
-    Return the files of failed property checks, by check, and the names of all files.
+    Return the files of failed property checks, keyed by check, and the names of all files.
     """
     texts = {f"{run.run}.toml": run.replay for run in verdict.evidence if run.replay}
     laws: dict[str, Path] = {}
@@ -385,12 +386,12 @@ class _Screen:
         return command_line([*words, "--scenario", str(scenario)] if scenario else words)
 
     def _is_said(self, remark: CheckResult) -> bool:
-        """Return whether the displayed warning of the compiler is part of the remark."""
+        """Return whether the remark contains the compiler's warning that is already displayed."""
         done = all(self._verdict.is_done(name) for name in self._names)
         return bool(self._warning) and not done and self._warning[:_COMPARED] in remark.actual
 
     def _unjudged_remarks(self) -> Iterator[str]:
-        """For exercises with earned points, report unjudged checks that have no points."""
+        """For exercises with earned points, report checks that have no points and could not be judged."""
         begun = {one.exercise for one in self._verdict.checks if one.points}
         for check in self._verdict.unjudged:
             if not check.max_points and check.exercise in begun:

@@ -86,7 +86,7 @@ class LabExercises:
             self._running = None
 
     def _question(self, exercise: str) -> str:
-        """Return the question of the exercise's run or else of its first check's run, or ""."""
+        """Return the question of the exercise's run; without this run, of its first check's run; or ""."""
         table = self._rubric.exercise(exercise)
         run = table.run or self._rubric.run_of(table, table.check[0])
         question = self._rubric.scenario(run, 0).question
@@ -97,7 +97,7 @@ def judged(firmware: str, rubric: str, exercise: str, seed: int) -> Verdict:
     """Judge one exercise in a worker. Raises InputError."""
     try:
         return judge(firmware, load_rubric(rubric), seed=seed, exercises=[exercise]).for_student()
-    except FcuError as error:  # some kinds cannot be pickled
+    except FcuError as error:  # some kinds of FcuError cannot be pickled
         raise InputError(str(error).splitlines()[0]) from None
 
 

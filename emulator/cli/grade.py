@@ -128,7 +128,7 @@ def _earlier(
     submissions: Sequence[Submission],
     shown: Mapping[str, Student] | None,
 ) -> dict[str, Graded]:
-    """Return earlier results of students who are not in ``only``, by id. Raises InputError."""
+    """Return earlier results of students who are not in ``only``, keyed by id. Raises InputError."""
     again = {student.id.casefold() for student in load_roster(only).students}
     _check_known(only, again, submissions)
     file = out / "grade.json"
@@ -228,7 +228,7 @@ def _workers(options: GradeOptions) -> Iterator[LocalWorkers | DaskWorkers]:
 
 
 def _pseudonyms(kept: Path, submissions: list[Submission]) -> dict[str, Student]:
-    """Return pseudonyms by id, and write the table of pseudonyms for the teacher."""
+    """Return pseudonyms, keyed by id, and write the table of pseudonyms for the teacher."""
     key = secret(kept / "pseudonym.key")
     students = {one.student.id: one.student for one in submissions}
     shown = {name: pseudonym(student, key) for name, student in students.items()}

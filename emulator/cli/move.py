@@ -65,7 +65,7 @@ def entries(options: MoveOptions, truth: dict[str, Any]) -> list[dict[str, Any]]
 
 
 def _turn(angles: dict[str, float | None], duration: str | None, truth: dict[str, Any]) -> dict[str, Any]:
-    """Return a timeline entry that turns the board. None keeps an angle as it is."""
+    """Return a timeline entry that turns the board. None means that an angle does not change."""
     target = {name: truth[name] if angle is None else angle for name, angle in angles.items()}
     how = {"do": "follow_attitude"} if duration is None else {"do": "rotate_to", "for": duration}
     return how | target

@@ -142,7 +142,7 @@ class RunOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class MoveOptions:
-    """Arguments of ``fcu move``. None keeps an angle as it is."""
+    """Arguments of ``fcu move``. None means that an angle does not change."""
 
     gesture: str | None = argument(
         required=False,

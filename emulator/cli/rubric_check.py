@@ -1,4 +1,4 @@
-"""``fcu rubric check FILE``: check a rubric, and show points that wrong programs get."""
+"""``fcu rubric check FILE``: check a rubric, and show the points that it gives to wrong programs."""
 
 from __future__ import annotations
 

@@ -190,7 +190,7 @@ def run_end_ps(options: RunOptions, board: Board) -> int | None:
 
 
 def _speed(text: str | None, serial: tuple[str, ...], end_ps: int | None) -> float | None:
-    """Return virtual time per wall time, or None without pacing. Default: 1 if a user watches."""
+    """Return virtual time per wall time, or None without pacing. The default is 1 if a user watches the run."""
     if text is None:
         in_terminal = sys.stdout is not None and sys.stdout.isatty()
         watched = in_terminal or any(spec != "stdout" and not spec.startswith("file:") for spec in serial)
@@ -263,7 +263,7 @@ def _close_views(views: list[View], say: Callable[[str], None]) -> None:
 
 
 def _close(view: View) -> None:
-    with suppress(OutputError):  # the run has failed already
+    with suppress(OutputError):  # another error has ended the run and will be reported
         view.close()
 
 

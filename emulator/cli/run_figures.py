@@ -17,7 +17,7 @@ from fcu_emulator.emulator.buses.i2c import I2CBus
 from fcu_emulator.emulator.buses.spi import SpiBus
 from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S
 
-_FEWEST_LOOKS = 100  # enough for a share with two digits
+_FEWEST_LOOKS = 100  # number of samples, enough for a share with two digits
 
 
 def figures(board: Board, recorder: TruthRecorder) -> Iterator[str]:

@@ -1,6 +1,6 @@
 """``fcu run --json FILE``: results of a run as one JSON object.
 
-``schema`` grows when a key changes its meaning or is removed. Times are seconds. The file is
+The number ``schema`` increases when a key changes its meaning or is removed. Times are seconds. The file is
 written after the verdict, so the file stays empty if the run is killed.
 
 ==============  ====================================================================================
@@ -90,7 +90,7 @@ class RunRecord:
             self._file.write("\n")
             self._file.flush()
         except OSError as failure:
-            with suppress(OSError):  # would fail again
+            with suppress(OSError):  # closing the file would fail again
                 self._file.close()
             raise OutputError(f"--json {self._path}: {failure.strerror or failure}") from failure
 

@@ -1,6 +1,6 @@
 """Output of ``fcu run`` on stderr: progress, explanation of a failure, summary.
 
-Firmware is diagnosed after three virtual seconds without output, and again each time the silence
+Firmware is diagnosed after three virtual seconds without output, and again each time this period
 has doubled.
 """
 
@@ -160,18 +160,18 @@ def chip_events(board: Board) -> dict[str, tuple[float, int]]:
 
 
 def failed_transfers(board: Board) -> Counter[tuple[str, str]]:
-    """Return failed transfers by bus and result."""
+    """Return the number of failed transfers, keyed by bus and result."""
     return Counter((event.bus, event.result) for event in board.trace.of(BusTransfer) if event.result != "ok")
 
 
 def received_bytes_lost(board: Board) -> int:
-    """Return the bytes that the firmware read too late."""
+    """Return the number of bytes that the firmware read too late."""
     name = board.terminal.uart.name
     return sum(1 for event in board.trace.of(Fault) if event.where == name)
 
 
 def notes(board: Board) -> list[tuple[DeviceNote, int]]:
-    """Return the first note of each text, with the number of equal notes."""
+    """Return each different note once, with the number of equal notes."""
     first: dict[tuple[str, str, str], DeviceNote] = {}
     counts: Counter[tuple[str, str, str]] = Counter()
     for note in board.trace.of(DeviceNote):

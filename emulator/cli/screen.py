@@ -81,8 +81,8 @@ class Say(Protocol):
 def say(line: str, look: Look | None = None, mark: str = "", *, wrap: bool = True) -> None:
     """Print a line on stderr with the prefix ``fcu:``. Control characters become escapes.
 
-    ``mark``, such as "FAIL", begins the line. Only the mark then has the colour ``look``. A terminal wraps long lines,
-    unless ``wrap`` is False.
+    ``mark``, such as "FAIL", begins the line. In this case only the mark has the colour ``look``. A terminal
+    wraps long lines, unless ``wrap`` is False.
     """
     text = visible(line)
     first = f"fcu: {mark} " if mark else "fcu: "

@@ -1,6 +1,6 @@
 """Requests to end: SIGTERM and SIGHUP raise :class:`Terminated`, so that every ``finally`` runs.
 
-Decision: a signal that is ignored at the start stays ignored, because with ``nohup`` the command
+Decision: if a signal is ignored at the start, it stays ignored, because with ``nohup`` the command
 must continue after the terminal is closed.
 """
 
@@ -69,7 +69,7 @@ def _raise(number: int, frame: FrameType | None) -> None:
 def _is_worker() -> bool:
     """Return whether this is a worker of :mod:`fcu_emulator.emulator.host.isolation`.
 
-    A signal may come while that module is partly loaded, so it must not be imported here.
+    This function must not import that module, because a signal may come while the module is only partly loaded.
     """
     limits_of_worker = getattr(
         sys.modules.get("fcu_emulator.emulator.host.isolation"), "limits_of_worker", None

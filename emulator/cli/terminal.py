@@ -74,9 +74,9 @@ class _TcpPort:
             return None
 
     def write(self, data: bytes) -> None:
-        while (
-            data
-        ):  # the timeout of reads also stops writes; sendall would not return the number of sent bytes
+        # the timeout of reads also ends writes; after a timeout, sendall would not return the number of
+        # sent bytes
+        while data:
             with contextlib.suppress(TimeoutError):
                 data = data[self._socket.send(data) :]
 
@@ -243,7 +243,7 @@ class Console:
 if sys.platform != "win32":
 
     def _raw(descriptor: int) -> Callable[[], None]:
-        """Make the console deliver each key, even Ctrl-C, immediately. Return a function that undoes this.
+        """Make the console deliver each key, even Ctrl-C, immediately. Return a function that restores the previous mode.
 
         The mode of the output does not change.
         """

@@ -79,7 +79,7 @@ def _folders(environment: Mapping[str, str], system: str, root: Path) -> Iterato
 
 
 def _version(folder: Path) -> tuple[tuple[int, ...], str]:
-    """Return a sort key by the path's numbers (13.3 is after 9.3)."""
+    """Return a sort key from the numbers in the path (13.3 is after 9.3)."""
     return tuple(map(int, re.findall(r"\d+", str(folder)))), str(folder)
 
 

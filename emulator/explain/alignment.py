@@ -1,4 +1,4 @@
-"""Compare the formulas of a lab with the values in firmware, and find the formula used instead.
+"""Compare the formulas of a lab with the values in firmware, and find the formula that the firmware uses instead.
 
 Decision: a mistake is reported only if it explains the printed numbers. A typical mistake in one
 formula is proven if the later formulas give the printed numbers in every pose. A value in a
@@ -40,7 +40,8 @@ _MOST_MISTAKES: Final = 2
 _MOST_TRIED: Final = 5_000
 """Maximum number of formulas to try for one printed number. These trials take about a second."""
 _LOOSE: Final = 1e-3
-"""If the tolerance is above this share of the value, equality proves nothing (sine of a large number)."""
+"""If the tolerance is above this share of the value, equality proves nothing (for example, for the sine of a
+large number)."""
 _FIRST: Final = 5
 """Maximum number of candidates for the first of two mistakes."""
 _VALUE_FACTORS: Final = (2.0, 0.5, 10.0, 0.1, 100.0, 0.01, 1000.0, 0.001)
@@ -74,7 +75,7 @@ class Mistake:
 
 @dataclass(frozen=True)
 class PrintedNumbers:
-    """Numbers of a printed field by pose. ``resolution``: one unit of the last digit."""
+    """The number of a printed field in each pose. ``resolution``: one unit of the last digit."""
 
     values: npt.NDArray[np.float64]
     resolution: float
@@ -83,9 +84,9 @@ class PrintedNumbers:
 class Alignment:
     """Comparison of a lab's formulas with a firmware's values in several poses of the board.
 
-    ``inputs``: sensor values by name and pose. ``search``: values that the firmware computes in the
-    last ``poses`` poses. The functions ``largest``, ``smallest`` and ``first`` also use earlier
-    poses.
+    ``inputs``: value of each sensor output in each pose. ``search``: values that the firmware
+    computes in the logged poses; ``poses`` is the number of these poses. The functions ``largest``,
+    ``smallest`` and ``first`` also use earlier poses.
     """
 
     def __init__(
@@ -175,7 +176,7 @@ class Alignment:
         return samples[:, -self._poses :]
 
     def _addresses(self, samples: Samples) -> list[int]:
-        """Return the instructions that compute these values, or [] without proof."""
+        """Return the instructions that compute these values, or [] if equal values would prove nothing."""
         last = self._last(samples)
         tolerance = self._evaluator.tolerance(last)
         if (
@@ -211,7 +212,8 @@ class Alignment:
     ) -> list[Mistake]:
         values = self._values(formulas)
         suspects = self._suspects(formulas, output, values)
-        suspects.sort(key=lambda name: not self._differs(values[name]))  # many mistakes explain a constant
+        # many different mistakes can explain a number that is constant
+        suspects.sort(key=lambda name: not self._differs(values[name]))
         if depth == _MOST_MISTAKES:
             exchanged = self._other_step(formulas, output, output, printed)
             if exchanged is not None:
@@ -289,7 +291,8 @@ class Alignment:
     def _computed(
         self, formulas: Formulas, name: str, output: str, printed: PrintedNumbers
     ) -> Mistake | None:
-        """Find an edited formula that gives the printed numbers and has logged values."""
+        """Find a formula with one typical mistake that gives the printed numbers, and whose values an
+        instruction computes."""
         for computed in edits(formulas[name], self._before(formulas, name)):
             samples = self._evaluator(computed)
             if (
@@ -301,7 +304,7 @@ class Alignment:
         return None
 
     def _edited(self, formulas: Formulas, name: str, output: str, printed: PrintedNumbers) -> Mistake | None:
-        """Find an edited formula that gives the printed numbers."""
+        """Find a formula with one typical mistake that gives the printed numbers."""
         for computed in edits(formulas[name], self._before(formulas, name)):
             if self._tried > _MOST_TRIED:
                 return None
@@ -338,7 +341,7 @@ class Alignment:
         output: str,
         printed: PrintedNumbers,
     ) -> tuple[int, Node] | None:
-        """Return the formula with a constant that gives the printed numbers, and its number of digits."""
+        """Return the formula with a constant that gives the printed numbers, and the constant's number of digits."""
         wanted = float(printed.values[0])
         if self._tried > _MOST_TRIED or not math.isfinite(wanted):
             return None

@@ -158,7 +158,8 @@ def _usual_factor(node: Node) -> Iterator[Node]:
 
 
 def constants(formula: Node) -> Iterator[list[tuple[float, Callable[[float], Node]]]]:
-    """For each kind of place of an unknown constant, yield usual values and formulas, likely kinds first.
+    """For each kind of place that an unknown constant may have, yield usual values and the formulas; likely
+    kinds come first.
 
     The unknown constant replaces a number, or it replaces, multiplies or increases an operand.
     """

@@ -116,10 +116,10 @@ class _Explainer:
         self._best: dict[tuple[int, ...], Alignment] = {}
         self._mistaken: list[_Mistaken] = []
         self.merged: set[Mistake | WrongState] = set()
-        """Mistakes that a wrong value found later explains."""
+        """Mistakes that are explained by a wrong value, which was found later."""
 
     def explain(self, output: ShownNumber) -> Iterator[Explanation]:
-        """Yield the mistakes in an output, except mistakes of earlier outputs.
+        """Yield the mistakes in an output, except those that were found in earlier outputs.
 
         Yield nothing if the output is correct, constant or not printed.
         """
@@ -251,7 +251,7 @@ class _Explainer:
         )
 
     def _where(self, site: int | None) -> Mapping[str, str]:
-        """Return the line of an instruction for the data of a diagnosis, or its address without a line."""
+        """Return, for the data of a diagnosis, the line of an instruction or, if it is unknown, the address."""
         if site is None:
             return {}
         return self._places.line(site) or {"address": f"0x{site:08X}"}
@@ -346,7 +346,7 @@ class _Explainer:
         return [site for site in sites if any(begin <= site < end for begin, end in ranges)]
 
     def _site(self, mistake: Mistake, output: ShownNumber, line: str) -> int | None:
-        """Return an instruction of the mistake: a print, a computation, or the load of a wrong operand."""
+        """Return an instruction that belongs to the mistake: it prints, computes, or loads a wrong operand."""
         if _is_printed(mistake, output):
             printed = PrintedLines(self._image, self._places, line.encode("latin-1"))
             return printed.address(printed.lines[0].made_by) if printed.lines else None
@@ -368,7 +368,7 @@ def _is_printed(mistake: Mistake, output: ShownNumber) -> bool:
 
 
 def _is_other_value(mistake: Mistake) -> bool:
-    """Return whether the firmware uses another value instead of the step, not another formula."""
+    """Return whether the firmware uses another value instead of the step, and does not use another formula."""
     used = set(names(mistake.computed))
     is_name = isinstance(mistake.computed, Name) and used.isdisjoint(names(mistake.formula))
     return is_name or used <= {mistake.step}

@@ -81,7 +81,7 @@ Node: TypeAlias = "Name | Number | FunctionCall | Operation | Negative"
 
 @dataclass(frozen=True)
 class Name:
-    """A value by its name."""
+    """A value that is identified by its name."""
 
     name: str
 
@@ -281,7 +281,7 @@ class Evaluator:
             return self._value(node)
 
     def tolerance(self, samples: Samples) -> npt.NDArray[np.float64]:
-        """Return, by pose, the largest difference that single-precision rounding may cause."""
+        """Return, for each pose, the largest difference that single-precision rounding may cause."""
         with np.errstate(all="ignore"):
             spread: npt.NDArray[np.float64] = np.abs(samples - samples[0]).max(axis=0)
             least: npt.NDArray[np.float64] = 2 * _SINGLE_PRECISION * np.abs(samples[0])

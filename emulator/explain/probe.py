@@ -1,7 +1,7 @@
 """Run firmware in several poses of an ideal board, and log the values that it computes.
 
 A magnet is fixed to the board, and the board is motionless in each pose. Formulas count as equal if their values
-are equal in all poses. The first poses only set the largest and smallest value of each axis.
+are equal in all poses. The only purpose of the first poses is to set the largest and smallest value of each axis.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ _START_S: Final = 2.3
 _SETTLE_S: Final = 0.2
 """Time to settle, enough for two samples of a sensor at 10 Hz."""
 _USED_S: Final = 0.1
-"""Time to use variables, one sample of a sensor at 10 Hz."""
+"""Time in which the firmware uses its variables: one sample of a sensor at 10 Hz."""
 _WORD, _PC = 4, 15
 _READ_S: Final = 0.1
 """Time for reads, longer than the time between two reads of the slowest sensor."""
@@ -138,7 +138,8 @@ class Probe:
         return Probed({name: np.array(every) for name, every in read.items()}, logs, lines, memory)
 
     def _run_until_read(self, inputs: Collection[InputRegister]) -> _Bytes:
-        """Run the board until the firmware has read all inputs and repeats its reads, or for the longest time."""
+        """Run the board until the firmware has read all inputs and repeats its reads, or until the longest
+        time is over."""
         seen: _Bytes = {}
         before: _Bytes = {}
         for _ in range(round(_START_S / _PIECE_S)):
@@ -219,7 +220,7 @@ def _watched_run(board: Board, seen: _Bytes, seconds: float) -> None:
 
 
 def _run_until_printed(board: Board) -> None:
-    """Wait for a pause in the output, then run until the next output has ended; at most for the longest time."""
+    """Wait for a pause in the output, then run until the next output has ended, or until the longest time is over."""
     has_been_silent = has_printed = False
     for _ in range(round(_LOGGED_S / _PIECE_S)):
         before = board.terminal.position

@@ -23,7 +23,7 @@ class ValueSearch:
         self._tables = [_sorted(log) for log in logs]
 
     def addresses(self, expected: npt.NDArray[np.float64], tolerance: npt.NDArray[np.float64]) -> list[int]:
-        """Return the addresses of instructions that compute the expected value of each pose, ascending."""
+        """Return, in ascending order, the addresses of instructions that compute the expected value of each pose."""
         if not np.all(np.isfinite(expected)):
             return []
         found: set[int] = set()

@@ -37,7 +37,7 @@ class Rule:
 
 @dataclass(frozen=True, eq=False)
 class WrongState:
-    """A variable that does not keep the extreme of ``step``."""
+    """A variable that should keep the largest or smallest value of ``step``, but does not."""
 
     step: str
     variable: str
@@ -60,7 +60,7 @@ def extreme_of(formula: Node) -> tuple[str, str] | None:
 class States:
     """Comparison of a lab's extremes with the variables of a program.
 
-    ``memory``: the RAM at the start and after each pose. ``values``: the values of inputs and steps by pose.
+    ``memory``: the RAM at the start and after each pose. ``values``: the values of inputs and steps in each pose.
     """
 
     def __init__(

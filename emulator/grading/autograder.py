@@ -49,7 +49,7 @@ def write_autograder(
 ) -> list[str]:
     """Write the archive and return the names of its files. Raises InputError, OutputError.
 
-    ``wheel`` is this version's wheel for Linux. With None, Gradescope installs from a package index.
+    ``wheel`` is this version's wheel for Linux. If it is None, Gradescope installs the package from a package index.
     """
     package = f"fcu-emulator=={version('fcu-emulator')}"
     contents: dict[str, bytes] = {}

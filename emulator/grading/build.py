@@ -1,14 +1,14 @@
 """Build submitted source: compile the student's C files with this project's Makefile, in a sandbox.
 
 Source code can include any file, so the compiler runs under bubblewrap with limits and without network.
-With ``sandbox=False`` only the limits apply, and root compiles as the user ``nobody``.
+With ``sandbox=False`` only the limits apply; if fcu runs as root, the compiler runs as the user ``nobody``.
 
 Decision: the support layer is compiled only one time and copied into each build, so that a build
 takes a tenth of the time. A container for each build was rejected: it needs a privileged service.
 
 Decision: after a failed build, a control program is compiled, and then the submission again,
-because the machine must never cause the result "does not compile". Searching the messages was
-rejected, because source code can produce the same messages.
+because the machine must never cause the result "does not compile". Searching the messages for the
+cause was rejected, because source code can produce the same messages.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ _TWICE = re.compile(
     r" (\S+\.o:)?(?P<there>[\w+.-]+\.c)?"
 )
 _UNDEFINED = re.compile(r"(?m)^(?P<where>[\w+.-]+\.c(:\d+)?)?\S* undefined reference to [`'](?P<name>[^']+)'")
-_A_FILE = "another file"  # used if the linker names no file
+_A_FILE = "another file"  # shown if the linker does not name the file
 _LINKER = re.compile(r"(?m)^(?:/\S*/)?(?:arm-none-eabi-)?ld: (?:in function [`'].*:$\n?)?")
 _OBJECT = re.compile(r"\bbuild/\w+/(\w[\w+.-]*)\.o\b")
 _LIMITED = (
@@ -271,7 +271,8 @@ class Builder:
             return Built(SubmittedFirmware("lab3.elf", b""), log)
 
     def _check_machine(self) -> None:
-        """Compile the control program beside a large file to test the machine. Raises NotJudgedError."""
+        """To test the machine, compile the control program in a folder that contains a large file. Raises
+        NotJudgedError."""
         with self._attempt(_CONTROL, ballast=_FILE_BLOCKS * 512) as made:
             if made.code:
                 reason = _last_line(made.log)

@@ -108,7 +108,7 @@ class NoWarnings(Check):
 
 
 _LOOK_PS = Fraction(PS_PER_MS, 10)
-_FEW = 8  # polls, 0.8 ms
+_FEW = 8  # number of polls; 0.8 ms
 _BYTES = 4  # bytes sent during these polls come from the callback, because main() is suspended
 
 

@@ -16,8 +16,8 @@
     caller = "HAL_TIM_PeriodElapsedCallback"
     checks = ["5.yaw"]
 
-Decision: the formulas affect no points. They only explain failures, so that a mistake in the
-formulas costs no points.
+Decision: the formulas affect no points. The formulas only explain failures, so that a mistake in
+the formulas costs no points.
 """
 
 from __future__ import annotations

@@ -33,7 +33,7 @@ def explained(
     """
     try:
         return _explained(evidence, firmware, rubric, results, limits)
-    except Exception as error:  # a mistake in the explanation must not cost a verdict
+    except Exception as error:  # an error in the explanation must not prevent the verdict
         said = f"the wrong numbers cannot be explained: {type(error).__name__}: {error}; please report this"
         cause = DiagnosedCause(kind="formula", summary=said, details=(), fatal=False)
         return [
@@ -80,7 +80,7 @@ def _mistakes(
     failed: Collection[str],
     outputs: Collection[ShownNumber],
 ) -> tuple[_MissingCalls, Sequence[Explanation]]:
-    """Return the missing calls behind failed checks, and the wrong formulas behind the other outputs."""
+    """Return the missing calls that make checks fail, and the wrong formulas of the other outputs."""
     if not failed and not outputs:
         return [], []
     from fcu_emulator.emulator.explain.explanation import explain_numbers
@@ -167,10 +167,10 @@ def _outputs(
 def explained_run(
     firmware: str | Path, rubric: Rubric, limits: Limits, wrong: Sequence[ExpectField] | None = None
 ) -> list[Diagnosis]:
-    """Return the missing calls and the wrong formula behind wrong numbers of a run, or [].
+    """Return the missing calls and the wrong formula that cause wrong numbers in a run, or [].
 
-    ``wrong``: the numbers to explain, if they are in visible checks of the rubric. None: all
-    numbers of visible checks.
+    ``wrong``: the numbers to explain, if they are in visible checks of the rubric; with None, all
+    numbers of visible checks are explained.
     """
     if rubric.explain is None:
         return []
@@ -191,7 +191,7 @@ def explained_run(
 
 
 def cause_of(one: Diagnosis) -> DiagnosedCause:
-    """Return a diagnosis in the form for verdicts."""
+    """Return a diagnosis in the form that verdicts use."""
     return DiagnosedCause(
         kind=one.kind, summary=one.summary, details=one.details, fatal=one.fatal, data=dict(one.data)
     )

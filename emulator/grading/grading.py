@@ -1,4 +1,4 @@
-"""Grading of a class: every submission from its file to its verdict.
+"""Grading of a class: from the file of each submission to its verdict.
 
 Each submission is processed in a thread. Only a few threads run at the same time.
 """
@@ -33,9 +33,10 @@ _MORE_THREADS = 2  # threads that read and build submissions while the workers j
 class Grader:
     """Grader of a class, with its settings.
 
-    ``rubric_name``: name or path from which each worker loads the rubric. ``slots``: number of parallel tasks. ``builder``:
-    called when the first source is built. ``salt``: the teacher's secret. ``store``: if None, all
-    submissions are judged again. ``limits``: None on a cluster. ``shown``: returns the student for the reports.
+    ``rubric_name``: name or path from which each worker loads the rubric. ``slots``: number of parallel
+    tasks. ``builder``: function that returns a builder; it is called when the first source is built.
+    ``salt``: the teacher's secret. ``store``: if None, all submissions are judged again. ``limits``: limits
+    of a worker; None on a cluster. ``shown``: function that returns the student as named in reports.
     """
 
     rubric: Rubric

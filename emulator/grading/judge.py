@@ -87,8 +87,9 @@ def judge(
 ) -> Verdict:
     """Judge a firmware on the board with this ``seed``.
 
-    ``firmware``: a file, the name of a shipped firmware, or a function in Python. ``exercises``:
-    ids, or None for all. ``build_log``: without a log, checks of the compiler's output are unjudged.
+    ``firmware``: a file, the name of a shipped firmware, or a function in Python. ``exercises``: ids
+    of the exercises to judge, or None for all. ``build_log``: without a log, checks of the
+    compiler's output are unjudged.
     ``executor``: makes runs in parallel, except for firmware in Python. Raises InputError for
     invalid firmware or an unknown exercise.
     """
@@ -164,7 +165,7 @@ class _Outcome:
 
 
 class _Follow:
-    """Reporter of progress. Runs in other processes only report their ends, in any order."""
+    """Reporter of progress. A run in another process reports only its end; the ends come in any order."""
 
     def __init__(
         self, rubric: Rubric, tasks: Sequence[_RunTask], report: Callable[[JudgeProgress], None]
@@ -226,7 +227,8 @@ def _outcome(task: _RunTask, rubric: Rubric, told: Callable[[float], None]) -> _
 
 
 def reworded(verdict: Verdict, rubric: Rubric) -> Verdict:
-    """Return the verdict with the texts of ``rubric``. The judging digests must be equal."""
+    """Return the verdict with the texts of ``rubric``. This rubric must have the same ``judging_digest`` as
+    the verdict."""
     tables = {f"{exercise.id}.{check.id}": check for exercise in rubric.exercises for check in exercise.check}
     checks = (
         result.model_copy(
@@ -378,7 +380,7 @@ class _JudgedRun:
         )
 
     def _source(self, check: CheckTable, results: Sequence[ExpectationResult]) -> str:
-        """Return the first known statement behind a failure, or ""."""
+        """Return the first known statement that causes a failure, or ""."""
         if not any(one.fault for one in results):
             return ""
         lines = SourceLines(self.recorder)
@@ -475,7 +477,7 @@ class _JudgedRun:
 
     def _replay(self) -> str:
         if names_files(self.scenario.contents.timeline):
-            return ""  # only the author has these files
+            return ""  # only the author of the scenario has these files
         expected = [one for check in self.checks for one in check.expect]
         known = [one for one in expected if isinstance(one, Expectation) and not isinstance(one, ExpectText)]
         others = dict.fromkeys(one.kind for one in expected if one not in known)

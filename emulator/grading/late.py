@@ -62,8 +62,8 @@ class LateTable(Table):
 
 
 def late_penalty(rule: LateTable, late_by_s: float, max_points: float) -> float:
-    """Return the lost points, at most ``max_points``. Days count from the deadline, even with a
-    grace period.
+    """Return the lost points, at most ``max_points``. Days are counted from the deadline, even with
+    a grace period.
     """
     if late_by_s <= rule.grace_minutes * _MINUTE_S:
         return 0.0

@@ -1,8 +1,8 @@
 """Warnings about margins that are too large for a useful test, or too small for correct programs.
 
 Decision: the sensors' error is the largest error of :data:`BOARDS` random boards, with three standard
-deviations of noise and of pressure drift. The sum of all limits was rejected, because no real board
-has such an error.
+deviations of noise and of pressure drift. The sum of all limits in the datasheets was rejected,
+because no real board has such an error.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Overrides of the teacher: points that replace the judged points, with a comment.
 
-They are in a CSV file with the columns ``id``, ``what`` (``total``, ``late penalty``, an exercise ``2``, a
+The overrides are in a CSV file with the columns ``id``, ``what`` (``total``, ``late penalty``, an exercise ``2``, a
 check ``2.pitch``), ``points`` and ``comment``.
 """
 
@@ -23,7 +23,7 @@ _COLUMNS = ("id", "what", "points", "comment")
 
 
 def load_overrides(path: Path, rubric: Rubric) -> dict[str, tuple[Override, ...]]:
-    """Return overrides by lower-case id. Raises InputError, which names file and line."""
+    """Return the overrides, keyed by the student's id in lower case. Raises InputError, which names file and line."""
     text, _ = read_csv(path)
     lines = csv.DictReader(io.StringIO(text, newline=""), delimiter=delimiter(text), strict=True)
     found: dict[str, tuple[Override, ...]] = {}
@@ -67,7 +67,7 @@ def _override(where: str, row: Mapping[str, str | None], rubric: Rubric) -> tupl
 
 
 def with_overrides(graded: Graded, overrides: tuple[Override, ...]) -> Graded:
-    """Return a result and its verdict with overrides."""
+    """Return the result after the overrides, which also change its verdict."""
     points = {one.what: one.points for one in overrides}
     verdict = graded.verdict
     if verdict is not None:
@@ -75,7 +75,8 @@ def with_overrides(graded: Graded, overrides: tuple[Override, ...]) -> Graded:
         verdict = verdict.model_copy(update={"checks": checks})
     changed: dict[str, object] = {"overrides": overrides, "verdict": verdict}
     changed["late_penalty"] = points.get(LATE_PENALTY, graded.late_penalty)
-    if graded.status == "partly" and verdict is not None and verdict.counts:  # no points are missing now
+    # with the overrides, all points are known
+    if graded.status == "partly" and verdict is not None and verdict.counts:
         changed |= {"status": "judged", "reason": ""}
     return graded.model_copy(update=changed)
 

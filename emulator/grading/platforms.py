@@ -12,8 +12,8 @@ An entry has a student's name, or a name that a platform has given in its downlo
   late files ``Late Submission - ...``;
 - Gradescope: ``submission_1234/...`` beside ``submission_metadata.yml`` (needs PyYAML).
 
-Decision: only the parts of a name that a platform has added identify the student, because
-students choose file names. An ambiguous name is not divided, because a guess could give the file to another student.
+Decision: a student is identified only by those parts of a name that a platform has added, because students
+choose file names. An ambiguous name is not divided, because a guess could give the file to another student.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ class SubmittedEntry:
 
     ``ids`` and ``names``: keys in a roster. Students can choose ``names``. ``group``: key of the
     submission to which the entry belongs, or "". ``own_name``: the name that the student gave to a
-    renamed file. ``attempt``: time of the attempt. Only the latest attempt of a group is judged.
+    renamed file. ``attempt``: time at which the attempt was handed in. Only the latest attempt of a group is judged.
     """
 
     path: Path
@@ -133,7 +133,7 @@ def stem(path: Path) -> str:
 
 
 def shown_name(name: str) -> str:
-    """Return a name for reports. A name of spaces only is quoted."""
+    """Return a name for reports. If a name consists of spaces only, it is quoted."""
     return one_line(name, 200) or repr(name)
 
 
@@ -175,7 +175,7 @@ def _moodle(path: Path) -> SubmittedEntry | None:
 
 
 def _canvas(paths: Sequence[Path]) -> dict[Path, SubmittedEntry]:
-    """Return the entries of Canvas. Each id must have one name, and each file a unique number."""
+    """Return the entries of a download from Canvas. Each id must have one name, and each file a unique number."""
     matches = {path: match for path in paths if (match := _CANVAS.fullmatch(path.name)) and not path.is_dir()}
     names: dict[str, set[str]] = {}
     for match in matches.values():
@@ -197,7 +197,7 @@ def _canvas(paths: Sequence[Path]) -> dict[Path, SubmittedEntry]:
 
 
 def _blackboard(paths: Sequence[Path]) -> dict[Path, SubmittedEntry]:
-    """Return the entries of Blackboard. The login follows the assignment's name."""
+    """Return the entries of a download from Blackboard. The login follows the assignment's name."""
     found = {path: list(_ATTEMPT.finditer(path.name)) for path in paths if not path.is_dir()}
     found = {path: matches for path, matches in found.items() if matches}
     sure = {path: matches[0] for path, matches in found.items() if len(matches) == 1}
@@ -273,7 +273,7 @@ class _Ilias(NamedTuple):
 
 
 def _ilias(paths: Sequence[Path]) -> _Ilias:
-    """Return the entries of a download from Ilias, if most folders have names of Ilias."""
+    """Return the entries of a download from Ilias, if most folders have names as Ilias gives them."""
     teams = {
         path: _submitted_paths(path) for path in paths if _TEAM.fullmatch(path.name) and _is_folder(path)
     }

@@ -23,7 +23,7 @@ PREREQUISITE = "prerequisite"
 
 
 class PrerequisiteError(ValueError):
-    """Entry ``number`` in ``requires`` of ``check`` names an unknown check, or causes a circle."""
+    """Entry ``number`` in ``requires`` of ``check`` names an unknown check, or makes the requirements circular."""
 
     def __init__(self, check: str, number: int, problem: str) -> None:
         super().__init__(problem)
@@ -32,7 +32,7 @@ class PrerequisiteError(ValueError):
 
 
 class Prerequisites:
-    """The required checks by full name ("1.alarm"). The name of an exercise means its ``counted`` checks."""
+    """The required checks, keyed by full name ("1.alarm"). The name of an exercise means its ``counted`` checks."""
 
     def __init__(self, requires: Mapping[str, Sequence[str]], counted: Collection[str]) -> None:
         self._requires = requires

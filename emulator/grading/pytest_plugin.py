@@ -1,6 +1,6 @@
 """Second part of the pytest plugin: failed tests show the wrong formula in the board's firmware.
 
-The rubric beside the firmware, or else LAB3's rubric, gives the formulas.
+The formulas are those of the rubric beside the firmware or, without it, of LAB3's rubric.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> None:
-    """Report a failed test with the wrong formula that causes the firmware's numbers."""
+    """Add to the report of a failed test the wrong formula that causes the firmware's numbers."""
     if call.when != "call" or call.excinfo is None or call.excinfo.errisinstance(pytest.skip.Exception):
         return
     board: Any = getattr(item, "funcargs", {}).get("board")

@@ -1,6 +1,6 @@
 """Results of grading a class, as ``grade.json``.
 
-``schema`` grows when a key is removed or changes its meaning.
+The number ``schema`` increases when a key is removed or changes its meaning.
 """
 
 from __future__ import annotations
@@ -44,8 +44,9 @@ class Override(ResultModel):
 class Graded(ResultModel):
     """Result of one student, without evidence.
 
-    ``report``: file name without suffix. ``on_roster``: None without a roster. ``files``: empty in
-    anonymous reports. ``handed_in``: the number of files. ``submitted``: ISO 8601, local time.
+    ``report``: file name without suffix. ``on_roster``: whether the roster has the student; None
+    without a roster. ``files``: names of the files; empty in anonymous reports. ``handed_in``: the
+    number of files. ``submitted``: ISO 8601, local time.
     ``late_by_s``: None if unknown. ``late_penalty``: in points. ``shipped``: "template" or
     "solution" if the program comes with fcu. ``same_source``, ``same_program``: ids of identical
     submissions.

@@ -3,8 +3,8 @@
     verdict = judge("lab3.elf", load_rubric("lab3"), seed=7)
     print(verdict.points, "of", verdict.max_points)
 
-A rubric has runs and exercises with checks. A run is a scenario by name, by file, or inline, and is
-simulated one time.
+A rubric has runs and exercises with checks. A run is a scenario, given by its name, by a file, or
+inline. Each run is simulated only once.
 
 Decision: checks reuse the scenario's expectations, so that a teacher can try an expectation with
 ``fcu run --scenario`` and copy it.
@@ -109,8 +109,9 @@ class CheckTable(Table):
     """One ``[[exercise.check]]``: expectations of one run, and their points.
 
     ``partial``: the share of met expectations gives the same share of points. ``hint``: a text, or
-    texts by finding. ``hint_steps``: further hints, which `fcu check` adds one by one. ``enough``:
-    a crash after this time does not count. Without ``expect``, the scenario's expectations apply.
+    texts, keyed by finding. ``hint_steps``: further hints, which `fcu check` adds one by one.
+    ``enough``: a crash after this time does not count. Without ``expect``, the scenario's
+    expectations apply.
     """
 
     MISPLACED: ClassVar[Mapping[str, str]] = {**_OF_A_RUN, **_OF_THE_TOP}
@@ -149,7 +150,7 @@ class ExerciseTable(Table):
 
 
 class RubricLimits(Table):
-    """[limits]: limits on each run, never in wall time."""
+    """[limits]: limits of each run. None of them limits wall time."""
 
     instructions: int = Field(10**11, ge=1)
     terminal_bytes: int = Field(1 << 20, ge=1, le=8 << 20)

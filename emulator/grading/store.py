@@ -1,6 +1,6 @@
 """Verdicts stored by content, so that a judged program is not judged again.
 
-The key does not depend on the rubric's texts. The texts are inserted when a verdict is found.
+The key of a verdict does not depend on the rubric's texts. These texts are inserted when a stored verdict is returned.
 """
 
 from __future__ import annotations

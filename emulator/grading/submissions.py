@@ -56,7 +56,7 @@ class SubmittedFirmware:
 
 @dataclass(frozen=True)
 class SubmittedSource:
-    """A program to build: C files and headers by name."""
+    """A program to build: C files and headers, keyed by name."""
 
     files: Mapping[str, bytes] = field(repr=False)
 
@@ -124,7 +124,7 @@ class Submission:
     def content(self, scratch: Path, take: Take | None = None) -> SubmittedFirmware | SubmittedSource:
         """Return the submitted program. Archives are unpacked into the empty folder ``scratch``.
 
-        ``take``: the only type to accept. None accepts both and prefers source. Raises
+        ``take``: the only type to accept. If it is None, both types are accepted, and source is preferred. Raises
         RejectedError if the submission is at fault, NotJudgedError if this machine is at fault.
         """
         if self.problem:
@@ -154,7 +154,7 @@ def _newest(path: Path) -> datetime:
 
 
 class _Resolved(NamedTuple):
-    """An entry and its student. ``sure``: False if the student was found by a freely chosen name."""
+    """An entry and its student. ``sure``: False if the student was found by a name that students can choose."""
 
     entry: SubmittedEntry
     student: Student

@@ -1,9 +1,9 @@
-"""Trial programs that do not solve a lab. If they earn points, the rubric gives these points away.
+"""Trial programs that do not solve a lab. If they earn points, the rubric gives these points without a solution.
 
-They are the template, and programs that print nothing or only zeros.
+The trial programs are the template, and programs that print nothing or only zeros.
 
 Decision: the trial programs are generated for each rubric, because they print the lines of the
-rubric. They are Python firmware, so that no compiler is needed.
+rubric. These programs are Python firmware, so that no compiler is needed.
 """
 
 from __future__ import annotations

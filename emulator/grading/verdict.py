@@ -3,7 +3,7 @@
 With the same firmware, rubric, seed and version, a verdict has the same bytes on every machine.
 
 Decision: the outcome "unjudged" is separate, and points of unjudged checks are excluded from the
-sum, so that a check without evaluation does not count as zero.
+sum, so that a check that could not be evaluated does not count as zero.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ class Series(ResultModel):
 
 
 class Following(ResultModel):
-    """Periods in s: when a condition was true, and when its LED was lit or its line printed."""
+    """Periods in s in which a condition was true, and periods in which its LED was lit or its line was printed."""
 
     name: str
     condition: str

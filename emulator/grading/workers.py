@@ -158,7 +158,7 @@ class LocalWorkers(Executor):
 
 
 class _DiedError(Exception):
-    """The process died. ``out_of_time``: its limit of processor time was the cause."""
+    """The process died. ``out_of_time``: whether the cause was its limit of processor time."""
 
     def __init__(self, cause: str) -> None:
         self.out_of_time = cause == "SIGXCPU"

@@ -1,6 +1,6 @@
 """Cleanup before the process ends, such as removal of files that other programs read.
 
-Decision: cleanup that must always run is also registered with :func:`before_exit`. A signal may
+Decision: if cleanup must always run, it is also registered with :func:`before_exit`. A signal may
 arrive between a file's creation and its ``try``, or inside ``finally``. The entry point repeats
 :func:`clean_up` until all actions are done.
 """

@@ -98,7 +98,7 @@ def _is_device(path: Path) -> bool:
 class BoundedFile:
     """An ASCII file of at most ``most_bytes``. An existing file is emptied. Raises LinkError.
 
-    Messages call the file ``what``.
+    ``what`` describes the file in messages.
     """
 
     def __init__(self, path: str | Path, what: str, most_bytes: int) -> None:

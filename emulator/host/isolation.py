@@ -2,8 +2,8 @@
 
 The exit code is not a verdict if the worker was killed, crashed, or exceeded memory or time.
 
-Decision: the worker process adds a constant to its exit code. Otherwise, if a library runs out of
-memory and exits with code 1, this code would mean "wrong".
+Decision: the worker process adds a constant to its exit code. Without this constant, the exit code
+1 of a library that runs out of memory would mean "wrong".
 
 Decision: the worker process stays in the process group of its parent, so that Ctrl-C reaches both
 processes and typed text reaches the board. A pipe ends the worker if the parent is killed.
@@ -67,7 +67,7 @@ class WorkerLimits:
     def apply(self) -> tuple[str, ...]:
         """Apply the limits, and return the limits that the system does not enforce.
 
-        Lower existing limits remain. Processor time counts from the latest call. Call this
+        Lower existing limits remain. Processor time is counted from the latest call. Call this
         method before large imports.
         """
         if sys.platform != "win32":

@@ -22,7 +22,7 @@ def open_link(
 ) -> ByteLink:
     """Open the link ``spec``, one of ``CHOICES``.
 
-    ``port`` means pty, or tcp on systems without pseudo-terminals. ``firmware_baud()`` returns the
+    ``port`` is the same as ``pty``, or as ``tcp`` on systems without pseudo-terminals. ``firmware_baud()`` returns the
     USART's rate. ``say(line)`` receives messages. Raises LinkError for an unknown or unsupported
     ``spec``.
     """

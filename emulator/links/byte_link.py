@@ -19,7 +19,7 @@ class ByteLink(Protocol):
     """The other end of the virtual UART, for use by one thread. It passes no bytes after ``close``."""
 
     def send(self, data: bytes) -> None:
-        """Take ``data`` for the reader without blocking. Bytes that do not fit are counted as lost."""
+        """Take ``data`` for the reader without blocking. If bytes do not fit, they are counted as lost."""
 
     def receive(self, most: int) -> bytes:
         """Return up to ``most`` bytes for the board without blocking. Keep the rest."""
@@ -40,7 +40,7 @@ class ByteLink(Protocol):
         ...
 
     def undelivered(self) -> int:
-        """Return the number of bytes that an attached reader or file missed."""
+        """Return the number of bytes that did not reach an attached reader or file."""
         ...
 
 

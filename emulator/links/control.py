@@ -5,8 +5,8 @@ object; the first line contains the token.
 
 Decision: the control server uses TCP and a token on every system, because Windows needs TCP anyway.
 
-Decision: a board counts as running if its control server answers with its token, because process
-ids are reused.
+Decision: a board counts as running if its control server answers with the board's token, because
+process ids are reused.
 """
 
 from __future__ import annotations

@@ -3,15 +3,15 @@
 Decision: the pseudo-terminal keeps text until the first reader opens it, because a virtual board
 has no reset button.
 
-Decision: the pseudo-terminal keeps data back until a new reader has flushed its input, as pyserial
-does after opening, but at most for ``HOLD_S``. A program that opens the port for a shorter time,
-such as ``stty``, is not a reader.
+Decision: the pseudo-terminal sends no data to a new reader until this reader has flushed its input, as pyserial
+does after opening, but at most for ``HOLD_S``. If a program opens the port for a shorter time, as
+``stty`` does, it does not count as a reader.
 
 Decision: after a reader of the pseudo-terminal has left, text is lost as on a real wire.
 
-Decision: the emulator never keeps the slave side of the pseudo-terminal open. Then ``poll`` reports
-POLLHUP exactly while no process has this side open (pty(7)). Packet mode (ioctl_tty(2), TIOCPKT)
-reports flushes in a control byte before all data.
+Decision: the emulator never keeps the slave side of the pseudo-terminal open. Therefore ``poll``
+reports POLLHUP if and only if no process has this side open (pty(7)). Packet mode (ioctl_tty(2),
+TIOCPKT) reports flushes in a control byte before all data.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 Decision: a client may set a rate other than the firmware's, as with a real adapter. The mismatch is
 reported.
 
-Decision: the RFC 2217 port keeps text back while a new client negotiates, because clients discard
+Decision: the RFC 2217 port sends no text to a new client while this client negotiates, because clients discard
 their input during the negotiation.
 """
 
@@ -33,7 +33,7 @@ TOLERANCE = 0.0333
 
 
 class _Line:
-    """Settings of the port that ``PortManager`` manages. Its input lines are always active."""
+    """Settings of the port that ``PortManager`` manages. The port's input lines are always active."""
 
     cts = dsr = cd = True
     ri = False
@@ -113,7 +113,7 @@ class Negotiated(Coding):
 class Rfc2217Link(TcpLink):
     """A link on ``port`` of 127.0.0.1 (None: the default port, 0: any free port). Raises LinkError.
 
-    ``say(line)`` gets messages about different rates.
+    ``say(line)`` is called if the rates of client and firmware differ.
     """
 
     kind = "rfc2217"

@@ -107,7 +107,7 @@ class Runner:
     """A board's run with links until ``end_ps`` of virtual time (None: until stopped).
 
     ``speed``: ratio of virtual to wall time, None for no limit. If ``exceeded(wall_s)`` returns a
-    text, the run ends, and the text becomes ``limit``.
+    text, the run ends, and the attribute ``limit`` gets this text.
     """
 
     def __init__(

@@ -34,7 +34,7 @@ if sys.platform == "win32":
 
 
 class StdoutLink:
-    """A link to standard output. Lines that are typed on a foreground terminal are the input."""
+    """A link to standard output. The input consists of the lines that are typed on a foreground terminal."""
 
     def __init__(self) -> None:
         self._file = _raw_stdout()

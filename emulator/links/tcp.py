@@ -7,11 +7,11 @@ recorder.
 
 Decision: the TCP port keeps output for the first reader, as the pseudo-terminal does.
 
-Decision: a TCP reader that closes the connection, or only its sending half, counts as gone, because
-the two cases cannot be distinguished without losing bytes.
+Decision: if a TCP reader closes the connection, or only its sending half, it counts as gone,
+because the two cases cannot be distinguished without a loss of bytes.
 
-Decision: bytes queued for a TCP reader that has left are lost, and text sent without any reader is
-lost as on a real wire.
+Decision: when a TCP reader leaves, the bytes in its queue are lost; while there is no reader, sent
+text is lost as on a real wire.
 
 Decision: the sockets of the TCP port never block and are polled, so that no threads are needed.
 """

@@ -1,6 +1,6 @@
 """A thread that writes to a file that may block, such as a pipe into a paused ``less``.
 
-The descriptor stays blocking, because a change would affect all processes on the terminal. Bytes
+The file descriptor stays in blocking mode, because a change of the mode would affect all processes on the terminal. Bytes
 after a failed write are lost.
 """
 

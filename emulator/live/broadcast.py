@@ -29,7 +29,7 @@ _FAILURE_S = 0.5  # time between two checks for stuck firmware
 _UNSEEN_S = 0.1  # time between two stored states while no client is connected
 _PACE_S = 1.0  # time over which the pace is measured
 # Virtual time, s:
-_TRUTH_S = 0.5  # maximum age of the truth; the pressure wanders by 0.002 hPa in this time
+_TRUTH_S = 0.5  # maximum age of the truth; the pressure changes by about 0.002 hPa in this time
 
 _HISTORY = 64 << 10  # bytes of terminal output that a new client receives
 _LONGEST_LINE = 4096  # bytes of an incomplete line

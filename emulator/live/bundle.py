@@ -1,4 +1,4 @@
-"""The page's files, compressed once for browsers with gzip."""
+"""The page's files, compressed once for browsers that accept gzip."""
 
 from __future__ import annotations
 

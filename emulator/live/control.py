@@ -1,7 +1,7 @@
 """Answers to other programs that use a running board's control server.
 
-Decision: a board that plays a scenario in ``fcu run`` cannot be moved by hand, because then a
-correct program could fail.
+Decision: while a board plays a scenario in ``fcu run``, it cannot be moved by hand, because
+otherwise a correct program could fail.
 """
 
 from __future__ import annotations

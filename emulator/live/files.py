@@ -16,7 +16,7 @@ _MOST_FILES: Final = 1000
 
 
 class FileWatch:
-    """Watch that polls a file for complete changes."""
+    """Poller of a file, which reports a change when the new file is complete."""
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
@@ -27,7 +27,7 @@ class FileWatch:
         return self._loaded is not None or self._stamp() is not None
 
     def sources(self) -> dict[str, str]:
-        """Return the paths of the source files in the file's folder, by name; {} if the folder cannot be read."""
+        """Return the paths of the source files in the file's folder, keyed by name; {} if the folder cannot be read."""
         folder = self.path.resolve().parent
         try:
             found = [one for one in islice(folder.iterdir(), _MOST_FILES) if one.suffix in SOURCE_SUFFIXES]

@@ -1,8 +1,8 @@
 """Commands and events between a page and a session.
 
-Each message is a JSON object. Its ``type`` is the class name in snake case, without the ending Command
-or Event. The other members are the fields of the class. Times are virtual seconds, and angles are degrees. Terminal
-bytes are Latin-1.
+Each message is a JSON object. The object's ``type`` is the class name in snake case, without the ending
+Command or Event. The other members are the fields of the class. Times are virtual seconds, and angles are
+degrees. Terminal bytes are Latin-1.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class PageCommand:
 
 @dataclass(frozen=True)
 class Do(PageCommand):
-    """Perform a timeline entry without ``at``. ``State.done`` confirms its ``id``."""
+    """Perform a timeline entry, which must not have the key ``at``. ``State.done`` confirms its ``id``."""
 
     entry: dict[str, Any]
     id: int = 0
@@ -180,7 +180,7 @@ class Hello(SessionEvent):
 class StatusEvent(SessionEvent):
     """Description of the board, sent initially and after each change.
 
-    ``run`` counts power-ons. ``sources``: paths of the source files beside the firmware file, by name.
+    ``run`` counts power-ons. ``sources``: paths of the source files beside the firmware file, keyed by name.
     ``state``: ``running``, ``paused``, ``failed`` or ``halted`` by a debugger.
     """
 
@@ -207,7 +207,7 @@ class StatusEvent(SessionEvent):
 class State(SessionEvent):
     """Current state of the board, sent 50 times a second.
 
-    ``samples``: the firmware's latest readings by output id. ``done``: id of the latest
+    ``samples``: the firmware's latest readings, keyed by output id. ``done``: id of the latest
     :class:`Do`.
     """
 
@@ -262,7 +262,7 @@ class Checked(SessionEvent):
 
     ``state``: ``checking``, ``done``, ``begun``, ``not yet``, ``unjudged`` or ``error``. ``checks``
     have title, outcome, expected, seen, hint. ``causes`` have kind, summary, details, fatal, data.
-    ``outdated``: another firmware has been loaded since then.
+    ``outdated``: another firmware has been loaded since the judging began.
     """
 
     exercise: str
@@ -284,7 +284,7 @@ class Declared(SessionEvent):
 
 @dataclass(frozen=True)
 class RegistersEvent(SessionEvent):
-    """Hexadecimal register values by name. ``note`` is for the user."""
+    """Hexadecimal register values, keyed by name. ``note`` is for the user."""
 
     part: str
     values: dict[str, str]
@@ -391,7 +391,7 @@ def _pieces(text: str) -> int:
 
 @cache
 def commands() -> dict[str, type[PageCommand]]:
-    """Return all commands by message type."""
+    """Return all commands, keyed by message type."""
     return {_snake(kind): kind for kind in PageCommand.__subclasses__()}
 
 

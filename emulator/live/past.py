@@ -1,4 +1,4 @@
-"""States (ten per second, at most five minutes) and printed numbers for later clients."""
+"""States (ten per second, at most five minutes) and printed numbers, for clients that connect later."""
 
 from __future__ import annotations
 

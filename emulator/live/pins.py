@@ -13,8 +13,8 @@ from fcu_emulator.emulator.buses.gpio import parse_pin
 def pins(board: Board) -> list[dict[str, Any]]:
     """Return ``name``, ``use``, ``mode``, ``level`` (0, 1, or null if floating) and ``pull`` of each pin.
 
-    ``mode``: ``output``, ``input``, ``AF4`` (an alternate function), or ``sensor``. ``pull``: level to
-    which a resistor pulls an unconnected input, which a button can drive, or null.
+    ``mode``: ``output``, ``input``, ``AF4`` (an alternate function), or ``sensor``. ``pull``: for an
+    unconnected input, which a button can drive, the level of its pull resistor; otherwise null.
     """
     return [*_of_chip(board), *_of_sensors(board)]
 

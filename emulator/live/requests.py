@@ -1,4 +1,4 @@
-"""HTTP answers: page files for every browser, a socket for clients with the token.
+"""HTTP answers: every browser gets the page's files, but only clients with the token get a socket.
 
 Decision: the token is a subprotocol and never a cookie. Browsers send cookies to all ports of a
 host, and thus to another user's server.

@@ -1,7 +1,7 @@
 """Server of the page and its WebSocket, on 127.0.0.1 or the user's address.
 
-The server runs in a separate thread. A slow page receives fewer messages and never slows the board. A page
-that sends too fast must wait.
+The server runs in a separate thread. A slow page receives fewer messages and never slows the board. If a
+page sends too fast, it must wait.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def websockets_missing() -> InputError:
 class PageServer:
     """Server of the page and its sockets. Set ``controls`` before the first page connects.
 
-    ``port`` 0: any free port. ``say(line)`` receives failures. Raises InputError for a missing
+    If ``port`` is 0, any free port is used. ``say(line)`` receives failures. Raises InputError for a missing
     library or an invalid ``listen``, LinkError for an unavailable address or port.
     """
 

@@ -1,10 +1,10 @@
 """Session of a board in real time.
 
-One thread runs the session and owns the board. The thread calls ``publish``. This function must not block.
+One thread runs the session and owns the board. The thread calls ``publish``, which must not block.
 
-Decision: a command that changes the board becomes an event of the virtual clock, one picosecond
-after the stop of the board. The event's time is recorded, so that a replay does not depend on the
-run's slices.
+Decision: if a command changes the board, it becomes an event of the virtual clock, one picosecond
+after the time at which the board has stopped. The event's time is recorded, so that a replay does
+not depend on the run's slices.
 """
 
 from __future__ import annotations
@@ -53,11 +53,11 @@ _STEP_SLICE_PS = {"second": 10 * PS_PER_MS, "line": PS_PER_MS, "tick": PS_PER_MS
 
 _TYPED_AHEAD = 2048  # maximum number of a link's bytes that wait for the board
 _MOST_WAITING = 1000  # commands
-_MOST_UPLOADS = 2  # each with up to 11 MiB
+_MOST_UPLOADS = 2  # number of uploads that wait, each with up to 11 MiB
 
 
 class LiveSession:
-    """Runs one board after another, each with a pace and commands.
+    """Runner of a session's boards, one after another, with pacing and commands.
 
     Raises FcuError if the first board cannot be created. ``record``: scenario file of the session,
     written at the end and at each power-on.
@@ -226,7 +226,7 @@ class LiveSession:
         return self._origin_wall_s + (virtual_s - self._origin_s) / self.speed
 
     def _advance(self) -> None:
-        """Run the board up to the wall clock. A slow machine does not catch up."""
+        """Run the board up to the wall clock. If the machine is too slow, the board does not catch up."""
         if self.state != "running":
             if self._debugger is not None:
                 self._guard(partial(self._run_debugged, self._debugger, self.board.clock.now_ps))
@@ -266,7 +266,7 @@ class LiveSession:
 
     def _fail(self, problem: str) -> None:
         self.state, self.problem = "failed", problem
-        self._guard(self._broadcast.show_text)  # before the status marks the end
+        self._guard(self._broadcast.show_text)  # the text must come before the status, which marks the end
         self._guard(self._say_status)
         self._guard(self._broadcast.publish_findings)
 

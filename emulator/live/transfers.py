@@ -102,11 +102,11 @@ def _transfer(board: Board, transfer: BusTransfer) -> dict[str, Any]:
     }
 
 
-# -- The samples in them ------------------------------------------------------------------------------------
+# -- The samples in the transfers ---------------------------------------------------------------------------
 
 
 def samples(board: Board, latest: Sequence[BusTransfer]) -> dict[str, list[float]]:
-    """Return the values of the latest reads, in sensor axes, by the ids of :func:`outputs`."""
+    """Return the values of the latest reads, in sensor axes, keyed by the ids of :func:`outputs`."""
     found: dict[str, list[float]] = {}
     seen = set()
     for transfer in reversed(latest):

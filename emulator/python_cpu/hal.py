@@ -91,7 +91,7 @@ class VirtualHal(HalGpio):
         return self._clock.now_ps // PS_PER_MS
 
     def HAL_Delay(self, delay_ms: int) -> None:
-        """Wait for ``delay_ms`` ticks. The first tick may be incomplete."""
+        """Wait for ``delay_ms`` ticks. The first tick may be shorter than 1 ms."""
         self._cpu.wait_until((self.HAL_GetTick() + delay_ms) * PS_PER_MS)
 
     # -- I2C --------------------------------------------------------------------------------------------
@@ -106,7 +106,7 @@ class VirtualHal(HalGpio):
         except I2CError as error:
             return self._i2c_failed(error), b""
         end_ps = bus.end_ps
-        if clock.next_ps > end_ps:  # no event in between, the usual case at 800 Hz
+        if clock.next_ps > end_ps:  # no event during the transfer, the usual case at 800 Hz
             clock.now_ps = end_ps
         else:
             self._transfer()

@@ -56,7 +56,7 @@ class Stretch(NamedTuple):
 
 
 class Followed(NamedTuple):
-    """Periods in ps: when a condition was true, and when its LED was lit or its line was printed."""
+    """Periods in ps in which a condition was true, and periods in which its LED was lit or its line was printed."""
 
     name: str
     condition: str

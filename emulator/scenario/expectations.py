@@ -222,7 +222,7 @@ class ExpectText(Expectation):
 
 
 def shown_line(text: str) -> str:
-    """Return a line in the form that messages have."""
+    """Return a line in the form that is used in messages."""
     return f'"{escaped(text)}"'
 
 
@@ -309,10 +309,10 @@ class _Number(Windowed):
 
 
 class ExpectField(_Number):
-    """Each print of a number is near ``value``, or near the truth.
+    """Each printed number is near ``value``, or near the truth.
 
-    The error of a print is the smallest distance from the truth in the time ``settle`` before
-    printing began. ``truth`` names a quantity. ``truth = true`` means the quantity with the
+    The error of a printed number is its smallest distance from the truth in the time ``settle``
+    before printing began. ``truth`` names a quantity. ``truth = true`` means the quantity with the
     number's name. The printed number is ``scale`` times the quantity.
     """
 
@@ -382,7 +382,7 @@ class ExpectField(_Number):
         return self.failed("wrong value", seen, diff, final=True)
 
     def _compared(self, line: PrintedLine, printed: float, error: float) -> str:
-        """Describe the worst print and its reference."""
+        """Describe the printed number with the largest error, and its reference."""
         what = "the true value is" if self.truth else "expected"
         worst = f"{self.title} is {printed:.6g}, {what} {self._wanted(printed, error):.6g}"
         return f"the worst at {seconds(line.at_ps)} by {abs(error):.6g}: {worst}"
@@ -406,7 +406,7 @@ class ExpectField(_Number):
 
 
 class ExpectPrinted(_Number):
-    """A number is printed in its format, and gaps between prints are at most ``max_gap``."""
+    """A number is printed in its format, and the gaps between successive lines are at most ``max_gap``."""
 
     RENAMED: ClassVar[Mapping[str, str]] = {"longest_gap": "max_gap"}
 
@@ -438,7 +438,8 @@ class ExpectPrinted(_Number):
 
 
 class ExpectWithin(_Number):
-    """Each print is from ``min`` to ``max``. At least two prints differ by ``min_difference`` or more."""
+    """Each printed number is from ``min`` to ``max``. The largest and the smallest differ by at least
+    ``min_difference``."""
 
     RENAMED: ClassVar[Mapping[str, str]] = {"least": "min", "most": "max", "apart": "min_difference"}
 

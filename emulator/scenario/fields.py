@@ -99,7 +99,7 @@ def board_of(info: ValidationInfo) -> BoardDescription:
 
 
 def within(allowed: Range) -> FieldInfo:
-    """Return the range that the world accepts, for a field."""
+    """Return a field that accepts the same range as the world."""
     info: FieldInfo = Field(ge=allowed.low, le=allowed.high)
     return info
 
@@ -109,7 +109,7 @@ Vector = Annotated[tuple[float, float, float], Strict(False)]
 
 
 class FieldTable(Table):
-    """A magnetic field vector, NED in uT."""
+    """A magnetic field vector: north, east and down, in uT."""
 
     north_ut: Annotated[float, within(limits.FIELD)]
     east_ut: Annotated[float, within(limits.FIELD)]

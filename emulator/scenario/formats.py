@@ -1,8 +1,8 @@
 """Formats that find a number in a line: by a name of the slides, a ``printf`` format string, or a
 regular expression with a group ``number``.
 
-Decision: a format string must match a whole line exactly. "%.2f" means two decimals. Lines that may
-vary need a pattern.
+Decision: a format string must match a whole line exactly. "%.2f" means two decimals. If a line may
+vary, a pattern is needed.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ class PrintfFormat:
         self._meant = re.compile(meant, re.IGNORECASE) if meant else None
 
     def _conversion(self, match: re.Match[str]) -> str:
-        """Return a pattern for one conversion. The wanted number becomes a group."""
+        """Return a pattern for one conversion. The conversion of the wanted number becomes a group of the pattern."""
         kind = match["kind"]
         if kind not in _KINDS:
             raise ValueError(
@@ -204,5 +204,5 @@ NumberPattern = Annotated[PatternText, AfterValidator(_has_a_number)]
 
 
 def shown_format(text: str) -> str:
-    """Return a format in the form that messages have."""
+    """Return a format in the form that is used in messages."""
     return f'"{visible(text.strip(_BLANKS))}"'

@@ -356,7 +356,7 @@ class ExpectTicks(Expectation):
         return self
 
     def describe(self) -> str:
-        """Describe rate and limits. Failures name only the part that is not met."""
+        """Describe rate and limits. A failure names only the part that is not met."""
         rate = [] if self.rate_hz is None else [f"ticks at {self.rate_hz:g} Hz"]
         bounds = (
             ("at least", self.late_min, "late"),
@@ -396,7 +396,7 @@ class ExpectTicks(Expectation):
 
 
 class ExpectHardIron(Expectation):
-    """At the end, the centre in MagCalibration equals the board's hard iron on each axis."""
+    """At the end of the run, the centre in MagCalibration equals the board's hard iron on each axis."""
 
     kind: Literal["hard_iron"]
     within_mgauss: float = Field(ge=0)
@@ -429,7 +429,7 @@ def _vector(values: np.ndarray[Any, np.dtype[np.float64]]) -> str:
 
 @cache
 def _outputs() -> dict[str, tuple[str, int, str]]:
-    """Return (sensor, address of the first byte, name in the datasheet) by output."""
+    """Return (sensor, address of the first byte, name in the datasheet) for each output."""
     found = {}
     for name, part, first in (
         ("accelerometer", "LSM6DSL", "OUTX_L_XL"),
@@ -461,7 +461,7 @@ class ExpectReads(Expectation):
         return f"{part} {register} (0x{address:02X}) is read {bounds} times a second"
 
     def watch(self, board: BoardView) -> list[int]:
-        """Count reads only in the window, because counting slows the run down."""
+        """Count reads only in the window, because counting them slows the run down."""
         part, address, _ = _outputs()[self.sensor]
         counted = [0]
 

@@ -6,7 +6,7 @@ Reading is bounded in bytes and time. Every number and duration in ``[world]``, 
     pitch_deg = { uniform = [20, 70], random_sign = true }   # 20 to 70, or -70 to -20
     metres = { one_of = [3, 4.5] }
 
-When a scenario is read, the lowest and highest possible numbers are also tried.
+When a scenario is read, it is also checked with the lowest and the highest possible numbers.
 
 Decision: each drawn number is computed by SHA-512 from the seed, the scenario's name and the key
 path, so that entries that are added later do not change it.
@@ -144,7 +144,7 @@ _SHOWN = 80  # characters of an unknown name
 
 
 def scenario_names() -> dict[str, str]:
-    """Return the questions of shipped scenarios by name, sorted."""
+    """Return the questions of shipped scenarios, keyed and sorted by name."""
     names = {}
     for path in sorted(_folder().glob("*.toml")):
         names[path.stem] = str(_parse(path.read_bytes(), str(path))["question"])
@@ -394,7 +394,7 @@ def _value_problem(kind: str, context: dict[str, Any], problem: Any) -> str:
 
 
 def _bound(context: Mapping[str, Any], key: str, word: str, other_key: str, other_word: str) -> str:
-    """Describe a limit from an error of pydantic in words."""
+    """Describe in words the limit that an error of pydantic contains."""
     return f"{word} {context[key]:.15g}" if key in context else f"{other_word} {context[other_key]:.15g}"
 
 

@@ -1,7 +1,7 @@
 """Use the lines printed at rest to find the mistake in lines that must follow a condition.
 
-Decision: lines are evaluated only at rests that are longer than ``max_gap``, but LEDs at all
-moments, because a line can be missing only when it is due.
+Decision: lines are evaluated only while the board rests for longer than ``max_gap``, but LEDs at
+all moments, because a line can be missing only when it is due.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ Fault: TypeAlias = Literal["missing", "wrong value", "wrong format", "stopped"]
 
 @dataclass(frozen=True)
 class ExpectationResult:
-    """Result of one expectation at a moment. ``key``: its place in the file (``expect[2]``)."""
+    """Result of one expectation at a moment. ``key``: place of the expectation in the file (``expect[2]``)."""
 
     expected: str
     """The expectation, or only the unmet part."""
@@ -84,7 +84,7 @@ class Expected(Table, ABC):
     """Schema and evaluation of an entry of ``expect``."""
 
     def watch(self, board: Any) -> Any:
-        """Start to observe the board at power-on. The run view keeps the result."""
+        """Start to observe the board at power-on. The result is stored in the run view."""
         del board
         return None
 
@@ -130,7 +130,7 @@ class Result:
 
     @property
     def passed(self) -> bool:
-        """Whether the run ended regularly and met every expectation."""
+        """Whether the run ended normally and met every expectation."""
         return not self.findings
 
     @property

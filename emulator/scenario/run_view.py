@@ -124,7 +124,7 @@ _BANNER = re.compile(r"STEVAL-FCU001V1 FW(?= rev\.)")
 
 
 def same_banner(text: str) -> str:
-    """Replace "FW" in ST's banner by "FH", which the slides have."""
+    """Replace "FW" in ST's banner by "FH", as on the slides."""
     return _BANNER.sub("STEVAL-FCU001V1 FH", text)
 
 
@@ -354,8 +354,8 @@ _STILL_G = 0.05
 def against_truth(field: str, lines: Sequence[PrintedLine], settle_ps: int, window: str = "") -> list[str]:
     """Return a table of prints, truth and error, and a summary. ``window`` is a part of the title.
 
-    Decision: the table has the error at the moment of printing, because this error shows the age of the number.
-    If the largest error from the nearest truth differs, an extra line shows it.
+    Decision: the table has the error at the moment of printing, because this error shows how old the printed number is.
+    Expectations use the nearest truth; if this gives another largest error, an extra line shows it.
     """
     rows, judged = [], []
     for line in lines:
@@ -393,8 +393,8 @@ def _largest(errors: Iterable[float]) -> float:
 def _flag(field: str, line: PrintedLine) -> str:
     """Return a note for an angle printed while the board accelerated.
 
-    The slides' check of the modulus does not detect sideways acceleration: 0.36 g turns the
-    vertical by 20 degrees, but the modulus is 1.06 g.
+    The slides' check of the modulus does not detect sideways acceleration: an acceleration of 0.36
+    g turns the vertical by 20 degrees, but the modulus is 1.06 g.
     """
     if field not in ANGLES:
         return ""

@@ -275,7 +275,8 @@ class Scenario:
         return board.clock.now_ps >= self.duration_ps
 
     def standing(self, board: BoardView) -> list[str]:
-        """Return the result as text. During the run: the failures that can no longer change, and counts.
+        """Return the result as text. During the run, the text has only the counts and those failures that can
+        no longer change.
 
         Raises InputError if the board plays another scenario.
         """

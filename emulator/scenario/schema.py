@@ -1,7 +1,7 @@
 """Schema of scenario files, version 1.
 
 Decision: scenarios are TOML files, because the standard library reads TOML, and TOML has comments
-and no implicit typing. Pydantic gives key paths in errors, and the JSON schema.
+and no implicit typing. Pydantic provides the JSON schema, and key paths in errors.
 """
 
 from __future__ import annotations
@@ -180,7 +180,7 @@ class WorldTable(Table):
 
 
 class SensorsTable(Table):
-    """[sensors]: the quality sets all figures. The tables of sensors replace single figures.
+    """[sensors]: ``quality`` sets all figures of the sensors. The tables of the sensors replace single figures.
 
     :func:`sensors_table` adds the keys of the board.
     """

@@ -32,7 +32,7 @@ def difference(expected: Sequence[str], printed: Sequence[str]) -> tuple[str, ..
 
 
 def nearest(wanted: str, lines: Sequence[str]) -> str | None:
-    """Return the most similar line, or None. Prefer lines that differ only in numbers."""
+    """Return the most similar line, or None. Lines that differ only in numbers are preferred."""
     distinct = list(dict.fromkeys(line[:_LONGEST] for line in lines if line))[:_CANDIDATES]
     same_form = [line for line in distinct if _form(line) == _form(wanted)]
     folded = {line.casefold(): line for line in same_form or distinct}

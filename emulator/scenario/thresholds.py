@@ -11,7 +11,7 @@ For this table, the board stops at 44, 46, -44, -46 and 55 degrees of roll (ten 
 at 46 degrees of pitch, in random order.
 
 Decision: a threshold becomes entries of the timeline when a file is read. Random poses were
-rejected, because a program with the threshold 40 degrees instead of 45 passed.
+rejected, because with them a program with a wrong threshold (40 degrees instead of 45) passed.
 """
 
 from __future__ import annotations

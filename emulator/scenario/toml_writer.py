@@ -1,7 +1,7 @@
 """Writer of scenarios as TOML text.
 
-Decision: this module writes the few forms of TOML that a scenario needs, because a general writer
-would need one more package.
+Decision: this module writes only the few forms of TOML that scenarios use, because a general writer
+would be a further dependency.
 """
 
 from __future__ import annotations

@@ -298,7 +298,7 @@ class _Properties:
 
     @_of(samples(attitudes(max_roll_deg=89.0, max_pitch_deg=89.0, one_axis=True)))
     def test_yaw_is_the_direction_of_the_x_axis_against_magnetic_north(self, sample: MotionSample) -> None:
-        """Pitch or roll is 0 here. Yaw increases counter-clockwise, seen from above."""
+        """In this test, pitch or roll is 0. Yaw increases counter-clockwise, seen from above."""
         expected = _heading(sample)
         assume(expected is not None)
         self._compare("yaw", sample, expected)

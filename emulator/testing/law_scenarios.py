@@ -48,7 +48,7 @@ def pose_scenario(
 ) -> str:
     """Return a scenario that sets the pose, with a calibrated compass.
 
-    ``expected_deg``: value and tolerance by field. ``gravity``, ``field``: multiples of the usual
+    ``expected_deg``: value and tolerance of each field. ``gravity``, ``field``: multiples of the usual
     values.
     """
     expectations = [
@@ -97,7 +97,7 @@ def _pose_table(pose: Pose, expectations: list[Table], gravity: float, field: fl
 def calibration_scenario(offset: Vector, field_mgauss: int, order: Sequence[int], end: Vector) -> str:
     """Return a scenario that turns each axis into both directions of a horizontal field.
 
-    The scenario expects that MAG ends at the values ``end``. ``order``: order of X, -X, Y, -Y, Z and -Z.
+    The scenario expects that the final values of MAG are ``end``. ``order``: order of X, -X, Y, -Y, Z and -Z.
     """
     turns = [*(_ALONG[index] for index in order), _ALONG[_direction(end)]]
     steps = [

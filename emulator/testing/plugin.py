@@ -133,7 +133,7 @@ class Dut:
 
 @pytest.fixture
 def firmware(request: pytest.FixtureRequest) -> str | Path | None:
-    """The firmware of ``--firmware``, of the marker or of the scenario, or else ``lab3``."""
+    """The firmware that ``--firmware``, the marker or the scenario names, or else ``lab3``."""
     given: str | None = request.config.getoption("--firmware")
     if given is not None:
         return given

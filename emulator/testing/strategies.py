@@ -79,7 +79,7 @@ def attitudes(
 
 
 def angles(limit_deg: float) -> st.SearchStrategy[float]:
-    """Strategy for angles up to the limit. Many are near quarter turns."""
+    """Strategy for angles up to the limit. Many of the angles are near quarter turns."""
     quarters = [at * 90.0 + beside for at in range(-2, 3) for beside in (0.0, _NEAR, -_NEAR)]
     edges = sorted(
         {angle for angle in (*quarters, -limit_deg, limit_deg) if abs(angle) <= limit_deg}, key=abs
@@ -91,7 +91,7 @@ def angles(limit_deg: float) -> st.SearchStrategy[float]:
 def fields() -> st.SearchStrategy[tuple[float, float, float]]:
     """Strategy for the earth's field: north, east (0) and down in microtesla.
 
-    The total is 22 to 67 uT (World Magnetic Model), and the horizontal part at least 10 uT.
+    The field's magnitude is 22 to 67 uT (World Magnetic Model), and its horizontal part is at least 10 uT.
     """
     return (
         st.tuples(st.floats(22.0, 67.0), st.floats(-80.0, 80.0))

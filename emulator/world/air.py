@@ -1,9 +1,10 @@
 """Changes of the air pressure at a constant height: weather, wind, a door, and wandering.
 
-Decision: a room's pressure wanders with the spectrum f^-2 from 0.0006 to 0.5 Hz, as measured over flat land (Acta
-Scientiarum Naturalium Universitatis Pekinensis, fast-response air pressure sensor, 2019 campaign). Its RMS is
-assumed to be 0.02 hPa in a typical room. The mean change between 0.01 and 0.1 Hz is then 0.074 Pa/s. The largest value
-measured outside in wind is six times as large, 0.44 Pa/s (Mohr et al., Atmosphere 7, 2016, 125).
+Decision: a room's pressure wanders (changes slowly and at random) with the spectrum f^-2 from 0.0006 to 0.5
+Hz, as measured over flat land (Acta Scientiarum Naturalium Universitatis Pekinensis, fast-response air
+pressure sensor, 2019 campaign). The RMS of this change is assumed to be 0.02 hPa in a typical room. With this
+RMS, the mean rate of change between 0.01 and 0.1 Hz is 0.074 Pa/s. The largest value measured outside in wind
+is six times as large, 0.44 Pa/s (Mohr et al., Atmosphere 7, 2016, 125).
 
 Decision: gusts are a sum of sinusoids from 0.05 to 1 Hz, whose amplitudes decrease with their frequency, as in
 Sabatini and Genovese (Sensors 13, 2013). The RMS of the gusts is a quarter of the wind's pressure

@@ -379,7 +379,7 @@ def figure_eights(
 
 
 def _align(start: Array, field: Array) -> Array:
-    """Turn ``start`` by the shortest arc so that board X lies along ``field``."""
+    """Turn ``start`` by the shortest arc so that the board's X axis points along ``field``."""
     strength = np.linalg.norm(field)
     if strength == 0.0:
         return start

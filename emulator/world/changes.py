@@ -104,7 +104,7 @@ class Changes(Truth):
         return end_s
 
     def _changed(self, from_s: float, signals: Iterable[str]) -> None:
-        """Apply a change of ``signals``: stop replaying them from recordings, and call the observers."""
+        """Apply a change of ``signals``: stop the replay of these signals from recordings, and call the observers."""
         self._clock.inputs += 1
         self._restore_laws(from_s, signals)
         self._bound_history(self._clock.now_s)

@@ -5,8 +5,8 @@ quarters of the time constant. The remaining quarter is for the time between com
 is the rotation vector from target to board. The derivatives of x use the "right Jacobian" of SO(3) (Chirikjian,
 "Stochastic Models, Information Theory, and Lie Groups" 2, 2012, section 10.3).
 
-Decision: a followed target is approached with three equal poles, so that the board's acceleration is continuous over
-all commands.
+Decision: a followed target is approached with three equal poles, so that the board's acceleration is
+continuous at every command.
 """
 
 from __future__ import annotations

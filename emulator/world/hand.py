@@ -5,7 +5,7 @@ the peak of a single sinusoid with the same mean square, at the back of the hand
 Arch. Neurol. 39, 1982 (10 mg, 2.5 Hz); Lakie et al., J. Physiol. 593, 2015 (6 to 12 Hz).
 
 Decisions: the tremor bends the wrist, and turns the hand half as far about the two other axes (an assumption).
-The tremor's phases are constant, because the seed selects the board, not the hand.
+The phases of the tremor are the same for all seeds, because the seed selects the board, not the hand.
 """
 
 from __future__ import annotations

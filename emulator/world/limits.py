@@ -1,4 +1,4 @@
-"""Limits for user input: wide ranges in which the physics is defined; they detect values in a wrong unit."""
+"""Limits for user input: wide ranges in which the physics is defined. They detect values in a wrong unit."""
 
 from __future__ import annotations
 

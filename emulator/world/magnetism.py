@@ -2,9 +2,9 @@
 
 Users give fields in NED microtesla. Inside the program, fields are in NWU mgauss (1 uT = 10 mgauss).
 
-Decision: a desk or a radiator is a sphere of soft steel. It bends a uniform field in the same way as a dipole with
-the moment R^3 B (Jackson, "Classical Electrodynamics", 5.11, for a large permeability). It may also have a
-permanent moment.
+Decision: a desk or a radiator is a sphere of soft steel. The sphere bends a uniform field in the same way as
+a dipole with the moment R^3 B (Jackson, "Classical Electrodynamics", 5.11, for a large permeability). The
+sphere may also have a permanent moment.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def earth_field(
 ) -> tuple[float, float, float]:
     """Return the Earth's field (north, east, down) in uT by the World Magnetic Model 2025.
 
-    Latitude and longitude are geodetic, the altitude is above the sea. ``north``: ``"magnetic"`` turns the
+    Latitude and longitude are geodetic, and the altitude is the height above the sea. ``north``: ``"magnetic"`` turns the
     field to north, ``"true"`` keeps the declination. Raises `InputError` for a value or date out of range.
     """
     latitude = limits.LATITUDE.check("latitude_deg", latitude_deg)

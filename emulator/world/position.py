@@ -91,7 +91,7 @@ class Parabola:
 
 @dataclass(frozen=True, eq=False)
 class RecordedCoordinate:
-    """Rows (M,) of a recording as one smooth motion. ``row_m_s2``: :func:`accelerations` at the rows."""
+    """The positions (M,) in a recording's rows as one smooth motion. ``row_m_s2``: :func:`accelerations` at the rows."""
 
     row_s: Array
     row_m: Array

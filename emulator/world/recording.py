@@ -5,8 +5,9 @@ Columns may have any order; each group may be omitted::
     t_s, ax_g,ay_g,az_g, gx_dps,gy_dps,gz_dps, mx_uT,my_uT,mz_uT, p_hPa, temp_C
     t_s, roll_deg,pitch_deg,yaw_deg, north_m,east_m, alt_m
 
-The time must increase from row to row. Values between rows are linear (attitude: shortest arc; position: smooth).
-The first row's values also apply to earlier times, and the last row's values to later times.
+The time must increase from row to row. Values between rows are interpolated linearly (attitude: by the
+shortest arc; position: by a smooth curve). The first row's values also apply to earlier times, and the last
+row's values to later times.
 
 Decision: recordings have a separate, strict reader, so that errors name the file and the line.
 """
@@ -52,7 +53,7 @@ GROUPS = {**MEASURED, **FOLLOWED}
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """Rows at ``t_s`` (M,) and groups by name, (M, 3) or (M,), in g, deg/s, mgauss, hPa, degC, deg, m."""
+    """Rows at ``t_s`` (M,) and groups, keyed by name, (M, 3) or (M,), in g, deg/s, mgauss, hPa, degC, deg, m."""
 
     file: str
     t_s: Array
@@ -252,7 +253,7 @@ def _is_number(cell: bytes) -> bool:
 
 
 def _check_range(values: Array, name: str, allowed: Range, file: str) -> None:
-    bad = ~((values >= allowed.low) & (values <= allowed.high))  # nan is bad as well
+    bad = ~((values >= allowed.low) & (values <= allowed.high))  # NaN is refused as well
     if bad.any():
         row = int(bad.argmax())
         raise RecordingError(

@@ -70,7 +70,8 @@ class Track(Generic[P]):
         self._pieces.append(piece)
 
     def forget(self, before_s: float) -> None:
-        """Drop the pieces that ended before ``before_s``. Times before the oldest remaining piece raise an error."""
+        """Drop the pieces that ended before ``before_s``. A query for a time before the oldest remaining
+        piece raises an error."""
         old = bisect_right(self._starts, before_s) - 1
         if old > 0:
             del self._starts[:old], self._pieces[:old]
@@ -151,7 +152,8 @@ class Spans(Generic[P]):
             self._recent = [span for span in self._recent if span.end_s >= before_s]
 
     def forget(self, before_s: float) -> None:
-        """Drop the past events that ended before ``before_s``. Earlier times raise an error from now on."""
+        """Drop the past events that ended before ``before_s``. From now on, a query for an earlier time
+        raises an error."""
         old = bisect_left(self._past, before_s, key=_end)
         if old:
             self._oldest_s = before_s
@@ -236,7 +238,7 @@ class Agitation(Spans[float]):
         return not self.between(from_s, to_s)
 
     def faster(self, from_s: float, to_s: float, pace_s: float) -> list[tuple[float, float]]:
-        """Return begin and end of the motions between these times that are faster than ``pace_s``."""
+        """Return begin and end of those motions between these times whose pace is faster than ``pace_s``."""
         return [(span.start_s, span.end_s) for span in self.between(from_s, to_s) if span.event < pace_s]
 
 
@@ -244,7 +246,7 @@ class Agitation(Spans[float]):
 
 
 class MotionProfile(Protocol):
-    """Progress of a motion from 0 to 1; ``t_s`` (N,) -> (N,)."""
+    """Progress of a motion from 0 to 1. The functions map ``t_s`` (N,) to an array (N,)."""
 
     @property
     def duration_s(self) -> float: ...

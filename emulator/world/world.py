@@ -157,12 +157,12 @@ class World(Changes):
         self._set(self._soft_iron, checked, "mag")
 
     def set_iron(self, hard_mgauss: npt.ArrayLike, soft: npt.ArrayLike) -> None:
-        """Set hard (3,) and soft (3, 3) iron together."""
+        """Set hard iron (3,) and soft iron (3, 3) together."""
         self.set_hard_iron(*np.asarray(hard_mgauss).tolist())
         self.set_soft_iron(soft)
 
     def set_gravity(self, m_s2: float) -> None:
-        """Set gravity. A free fall in progress continues with the value at its start."""
+        """Set gravity. If a free fall has begun, it continues with the gravity at its start."""
         self._set(self._gravity, limits.GRAVITY.check("m_s2", m_s2), "acc")
 
     # -- following a hand -----------------------------------------------------------------------------------

@@ -5,7 +5,7 @@ The steps follow ST's STSW-FCU001 without SPI.
 Decision: the driver of the LPS22HB sets IF_ADD_INC in the transaction in which ST's driver clears
 it, because bursts need this bit.
 
-Decision: ``LPS22HB_WaitForData`` is an addition. ST's main.c may read its reference pressure before
+Decision: ``LPS22HB_WaitForData`` is not in ST's driver. ST's main.c may read its reference pressure before
 the first conversion; such a read gave 758.4 hPa.
 """
 

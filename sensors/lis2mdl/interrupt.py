@@ -138,7 +138,7 @@ Shown: TypeAlias = Literal["INT", "DRDY"]
 
 
 class IntDrdyPin:
-    """The pin: shows INT if INT is enabled, else DRDY; high impedance if both are off, or in 4-wire SPI."""
+    """The pin: it shows INT if INT is enabled, else DRDY; it is not driven if both are off, or in 4-wire SPI."""
 
     def __init__(self) -> None:
         self.pin = Pin("INT/DRDY", level=None)

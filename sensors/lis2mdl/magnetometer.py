@@ -4,11 +4,11 @@ A measurement is the mean field plus noise, plus the offset Hoff after a set pul
 reset pulse. OFF_CANC averages both kinds of measurement, so Hoff cancels. Without OFF_CANC there are only set
 pulses: one every 63 samples and one when the sensor leaves idle.
 
-Decisions: the filter LPF of the LIS2MDL is the mean of two measurements. It has -3 dB at exactly ODR/4, and reduces
-noise as in Table 3. LPF has no effect on single measurements.
+Decisions: the filter LPF of the LIS2MDL is the mean of two measurements. This filter has -3 dB at exactly
+ODR/4, and reduces noise as in Table 3. LPF has no effect on single measurements.
 
 Decisions where the documents are silent: the 63 samples are counted from the pulse at which the sensor leaves
-idle; alternation continues from the latest polarity. Offsets left by strong fields are not modelled.
+idle; set and reset pulses continue to alternate from the latest polarity. Offsets left by strong fields are not modelled.
 """
 
 from __future__ import annotations

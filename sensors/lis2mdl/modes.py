@@ -1,7 +1,7 @@
 """The LIS2MDL's modes and its output registers (AN5069 sections 3, 6 and 7).
 
 Decisions where the documents are silent: a second MD = 01 during a single measurement does not restart it (ST's
-examples write MD = 01 in their polling loop). REBOOT ends in idle after one measurement.
+examples write MD = 01 in their polling loop). After REBOOT, the sensor makes one measurement and is then idle.
 """
 
 from __future__ import annotations
@@ -36,7 +36,8 @@ class Streams:
     def start(self, now_ps: int, first_delay_ps: int, rate: Fraction | None, *, temperature: bool) -> None:
         """Leave idle: take one sample after ``first_delay_ps``, then sample at ``rate``."""
         self.pulses.leave_idle(self.next_number())
-        self.compared.index = self.field.index  # equal numbers in both, even if ``compared`` was not read
+        # the samples of both streams have equal numbers, even if ``compared`` was not read
+        self.compared.index = self.field.index
         self.temperature.stop()
         running = (
             (self.field, self.compared, self.temperature) if temperature else (self.field, self.compared)

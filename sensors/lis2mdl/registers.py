@@ -1,4 +1,4 @@
-"""Registers of the LIS2MDL (datasheet Table 22, section 8); undocumented resets are 0.
+"""Registers of the LIS2MDL (datasheet Table 22, section 8); undocumented reset values are 0.
 
 Decision: bit 2 of CFG_REG_C is 4WSPI, as ST's driver and AN5069 Rev 4 define it. With the datasheet's "must be 0",
 working 4-wire firmware would read nothing.

@@ -4,7 +4,8 @@ Decision: the pressure's low-pass starts at the value of the first sample after 
 reads LPFP_RES.
 
 Decision: the datasheet gives the barometer's noise for one setting, 0.0075 hPa RMS; other settings multiply this figure
-by ``_NOISE``. The lab's setting has 0.012 hPa. This is 10 cm, less than a step of a staircase.
+by ``_NOISE``. With the lab's setting, the noise is 0.012 hPa. This corresponds to a height of 10 cm, less
+than a step of a staircase.
 
 Decision: a one-shot conversion takes 13 ms in low-noise mode and 5 ms in low-current mode, as in the related LPS22HH.
 

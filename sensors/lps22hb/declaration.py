@@ -26,7 +26,7 @@ class LPS22HBErrors(PartErrors):
 
     * ``pressure_bias_hpa`` is the constant pressure error of the LPS22HB before calibration by the user.
     * the relative error of the LPS22HB grows linearly from the middle of its pressure range.
-    * the error of the LPS22HB by temperature is linear, with 0.1 hPa at the temperature limit farther from 25 degC.
+    * the temperature error of the LPS22HB is linear, with 0.1 hPa at the temperature limit that is farther from 25 degC.
     """
 
     PART: ClassVar[str] = "LPS22HB"

@@ -3,9 +3,10 @@
 AUTOZERO and AUTORIFP store a sample in REF_P; the interrupt compares the pressure with REF_P. AUTOZERO also subtracts
 REF_P, instead of RPDS, from the output.
 
-Decisions where the datasheet is silent: the measured pressure is the pressure before RPDS is subtracted; the sample
-stored in REF_P is itself shown relative to REF_P; RESET_AZ clears REF_P and RESET_ARP does not; a difference equal to
-the threshold sets neither flag; switching a comparison off clears its flag if the flag is not latched.
+Decisions where the datasheet is silent: the measured pressure is the pressure before RPDS is subtracted; the
+sample that is stored in REF_P is already shown relative to REF_P; RESET_AZ clears REF_P and RESET_ARP does
+not; a difference equal to the threshold sets neither flag; switching a comparison off clears its flag if the
+flag is not latched.
 
 Decisions: with INT_S = 0 the pin shows the enabled data signals ORed together, as in figure 22. Data-ready is P_DA.
 """
@@ -30,7 +31,7 @@ _REF_P, _REF_P_END = REF_P.addr, REF_P.addr + REF_P.size
 
 
 class Reference:
-    """The reference; pressures are counts, samples five bytes."""
+    """The reference. Pressures are counts, and samples have five bytes."""
 
     def __init__(self, mem: bytearray, rpds_counts_per_lsb: int) -> None:
         self._mem = mem

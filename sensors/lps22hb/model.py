@@ -1,6 +1,6 @@
 """The LPS22HB's behaviour behind its registers.
 
-Decisions where the datasheet is silent: while the FIFO is on and empty the output registers are unchanged; RESET_AZ,
+Decisions where the datasheet is silent: while the FIFO is on and empty, the output registers do not change; RESET_AZ,
 RESET_ARP and SWRESET act immediately and read 1 for 10 us; SWRESET keeps RPDS and RES_CONF; a write of ONE_SHOT during
 a measurement has no effect; a new rate aborts the measurement; BOOT takes one period, or 1 ms in power-down; BOOT
 changes no setting, and registers work during BOOT.

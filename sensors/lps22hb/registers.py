@@ -1,7 +1,7 @@
-"""Registers of the LPS22HB (datasheet Table 16, section 9); undocumented resets are 0.
+"""Registers of the LPS22HB (datasheet Table 16, section 9); undocumented reset values are 0.
 
-Decision: CLOCK_TREE_CONFIGURATION is declared as known and not modelled, so that a note names it. Only ST's board
-driver has this name.
+Decision: CLOCK_TREE_CONFIGURATION is declared as known and not modelled, so that a note names it. This name
+occurs only in ST's board driver.
 """
 
 from fcu_emulator.sensors.register import Bits, Register

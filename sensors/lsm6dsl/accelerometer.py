@@ -3,7 +3,8 @@
 Samples pass the front end, deviation, noise, self-test, the selected filters and the user offset.
 
 Decisions about order and shape of filters (AN5040 3.7): LPF1 at ODR/2, or at 740 Hz outside high performance, precedes
-decimation, and all other filters run at the output rate; low-pass filters start settled, other filters with zero.
+decimation, and all other filters run at the output rate; low-pass filters start in the settled state, other
+filters start from zero.
 
 Decision: if the filters of the event functions are switched on while the accelerometer runs, these filters start from
 the next sample as if they had settled on its value.
@@ -81,12 +82,12 @@ _XL_TURN_ON = {52.0: (1, 1), 1666.0: (2, 2), 3332.0: (3, 4), 6664.0: (13, 13)}
 _XL_TURN_ON_104_TO_833 = (1, 2)
 _XL_TURN_ON_OTHERS = (0, 1)
 _XL_MIDDLE_FROM_HZ, _XL_MIDDLE_TO_HZ = 104, 833
-_XL_FROM_FAST_TO_FAST = 5  # Table 12: high performance above 833 Hz before and after
+_XL_FROM_FAST_TO_FAST = 5  # Table 12: change between two rates above 833 Hz in high performance
 _XL_CHANGE = 1  # Table 12: samples to discard in addition to those after a turn-on
 
 
 class PowerMode(NamedTuple):
-    """Mode of a sensor in AN5040 3.9; ``odr_hz`` is 0 in power-down and sleep.
+    """Mode of a sensor as defined in AN5040 3.9; ``odr_hz`` is 0 in power-down and sleep.
 
     ``column``: the second column of Table 13 or 16 applies.
     """
@@ -235,7 +236,7 @@ def event_filters(mem: bytearray, odr_hz: float) -> EventFilters:
 
 
 def analog_hz(mem: bytearray, odr_hz: float, *, high_performance: bool) -> float | None:
-    """Return the cut-off of the analog stage, which only high-performance mode uses."""
+    """Return the cut-off of the analog stage, which is used in high-performance mode only."""
     if not high_performance:
         return None
     wide = odr_hz >= _ANALOG_WIDE_FROM_HZ and not mem[CTRL1_XL.addr] & CTRL1_XL.BW0_XL.mask

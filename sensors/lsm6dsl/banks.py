@@ -247,12 +247,12 @@ _TITLES = {"A": "Embedded bank A, selected by FUNC_CFG_ACCESS = 0x80", "B": "...
 
 
 def titled_maps() -> dict[str, RegisterMap]:
-    """Return every register map by title; the main map's title is empty."""
+    """Return every register map, keyed by title; the main map's title is empty."""
     return {"": MAIN, **{_TITLES[name]: bank for name, bank in EMBEDDED.items()}}
 
 
 class Banks:
-    """The main bank, and the ``embedded`` banks by FUNC_CFG_ACCESS value."""
+    """The main bank, and the ``embedded`` banks, keyed by the value of FUNC_CFG_ACCESS."""
 
     def __init__(self, main: RegisterFile) -> None:
         self.main = main
@@ -334,7 +334,7 @@ class Rounding:
             self._registers.set_jumps(jumps)
 
     def catch_up(self, now_ps: int) -> None:
-        """Do nothing: rounding has no due work."""
+        """Do nothing, because rounding does not depend on time."""
 
     def reset(self, now_ps: int) -> None:
         """Do nothing: ``configure`` reads the registers' reset values."""

@@ -40,8 +40,8 @@ class LSM6DSLErrors(PartErrors):
 
     Values in Table 3 are typical. By section 4.6, the tolerance of the zero-g offset is a standard deviation;
     the tolerance of the sensitivity is a range.
-    Gyroscope bias instability and cross-axis sensitivity come from the ISM330DHCX. Accelerometer bias instability has
-    no source.
+    The figures of the gyroscope's bias instability and of the cross-axis sensitivity are those of the
+    ISM330DHCX. For the accelerometer's bias instability there is no source.
     """
 
     PART: ClassVar[str] = "LSM6DSL"

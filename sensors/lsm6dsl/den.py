@@ -100,8 +100,8 @@ def _mode(mem: bytearray) -> int:
 
 
 class Gate:
-    """The gate of one sensor. ``source``: the sensor's stream. ``shown``: the only samples that pass while
-    the gate is ``closed``.
+    """The gate of one sensor. ``source``: the sensor's stream. ``shown``: the samples that are visible
+    while the gate is ``closed``.
     """
 
     def __init__(self, source: SampleStream) -> None:

@@ -1,7 +1,7 @@
 """Embedded functions: pedometer, significant motion, tilt and absolute wrist tilt (AN5040 section 6).
 
 Decision: one object models the four embedded functions, so that their events reach a shared pin in the order of time.
-A function that is switched on starts from its initial state (assumption).
+If a function is switched on, it starts from its initial state (assumption).
 
 Decision: a step of the pedometer is a peak of the acceleration's magnitude (6.1), because ST publishes no algorithm.
 The magnitude must fall by the threshold after a peak, and rise by the threshold before the next peak. So no high-pass
@@ -115,7 +115,7 @@ class StepDetector:
 
 
 class DeltaTime:
-    """Consecutive windows of STEP_COUNT_DELTA, each with a flag for steps."""
+    """Consecutive time windows of STEP_COUNT_DELTA, each with a flag that is set by a step."""
 
     def __init__(self) -> None:
         self.end_ps = NEVER_PS

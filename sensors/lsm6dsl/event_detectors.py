@@ -75,7 +75,7 @@ class MotionFilter:
         self._decay = 1 / (1 + 2 * math.pi / _DIVISOR[code]) if high_pass else 0.0
 
     def start(self, *, from_zero: bool) -> None:
-        """Restart as if the previous sample was zero, or (without ``from_zero``) equal to the next sample."""
+        """Restart as if the previous sample had been zero or, if ``from_zero`` is False, equal to the next sample."""
         self._previous = ZERO if from_zero else None
         self.motion = ZERO
 
@@ -299,7 +299,7 @@ _GYROSCOPE_SLEEPS, _GYROSCOPE_OFF = 2, 3  # INACT_EN
 
 
 class Activity:
-    """``inactive``: SLEEP_STATE_IA; ``enabled``: INACT_EN is not 0."""
+    """Detector of inactivity. ``inactive``: SLEEP_STATE_IA; ``enabled``: INACT_EN is not 0."""
 
     def __init__(self) -> None:
         self.inactive = False

@@ -1,7 +1,7 @@
 """The event functions as one feature, fed with every accelerometer sample before LPF2 (AN5040 section 5).
 
 If an event is latched (LIR) and routed to a pin, it stays set until its source register is read. SINGLE_DOUBLE_TAP
-latches the double tap, not the single tap (by 5.5.3; 5.5.1 disagrees).
+latches the double tap, not the single tap (as in 5.5.3; 5.5.1 contradicts it).
 """
 
 from __future__ import annotations

@@ -90,8 +90,9 @@ class Gates:
 class FeatureContext:
     """The environment of a feature.
 
-    ``banks``: by FUNC_CFG_ACCESS value; ``xl``, ``g``, ``temperature``: streams of little-endian int16 words;
-    ``rate_factor``: true over nominal rates; ``catch_up(now_ps)``: call ``catch_up`` of all active features.
+    ``banks``: all banks, keyed by the value of FUNC_CFG_ACCESS; ``xl``, ``g``, ``temperature``: streams of
+    little-endian int16 words;
+    ``rate_factor``: true rate divided by nominal rate; ``catch_up(now_ps)``: call ``catch_up`` of all active features.
     """
 
     registers: RegisterFile
@@ -139,7 +140,7 @@ class Feature(Protocol):
 
 
 class Violations:
-    """The present violations, so that each is noted once."""
+    """The present violations. They are stored so that each violation is noted once."""
 
     def __init__(self, chip: FeatureContext) -> None:
         self._chip = chip

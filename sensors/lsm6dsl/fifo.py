@@ -74,7 +74,7 @@ class FifoBuffer:
             self.overrun = True
 
     def skip(self, words: int) -> None:
-        """Count words that passed through a full FIFO."""
+        """Count words that were stored in a full FIFO and have been overwritten."""
         self.gone += words
 
     def readable(self) -> bool:
@@ -158,7 +158,7 @@ _HEARD: tuple[SignalName, ...] = (*TRIGGERS, "SENSORHUB")
 
 
 class FifoEvent(NamedTuple):
-    """A signal received and not yet processed."""
+    """A signal that has been received but not yet processed."""
 
     at_ps: int
     name: SignalName
@@ -226,7 +226,8 @@ class Fifo:
     def catch_up(self, now_ps: int) -> None:
         """Store data sets and process events, in the order of time."""
         heard = sorted(self._events)
-        # another function may be ahead of the FIFO
+        # another function may have processed later samples than the FIFO, so that its events are still to
+        # come
         self._events = [event for event in heard if event.at_ps > now_ps]
         for event in heard[: len(heard) - len(self._events)]:
             self._collect(event.at_ps - 1)

@@ -3,7 +3,7 @@
 With TAP_CFG.LIR = 0 the signal is a pulse of 150 us and the bit reads 1 for 1/26 s, or 1/100 s (AN5040 6, 7.5.3). With
 LIR = 1 a routed event stays until it is read.
 
-Decisions where the documents are silent: reading a bit that is not latched does not clear it; a latched event ends when
+Decisions where the documents are silent: if a bit is not latched, a read does not clear it; a latched event ends when
 its latching or its function is switched off.
 """
 

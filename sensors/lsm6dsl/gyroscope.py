@@ -1,12 +1,13 @@
 """The LSM6DSL's gyroscope: from angular rate to counts (datasheet Table 3; AN5040 section 3).
 
 After power-down the drive starts within ``LSM6DSLErrors.gyro_turn_on_ms``, 35 ms in Table 4; the 70 ms of AN5040 are a
-safe waiting time for drivers. The first samples follow the low-pass step response; Table 16 gives their number.
-Approximation: from 1666 Hz on, samples settle within a few periods; by Table 16 this takes 81 ms.
+safe waiting time for drivers. The first samples follow the low-pass step response; Table 16 gives the number
+of these samples. Approximation: from 1666 Hz on, samples settle within a few periods; by Table 16 this takes
+81 ms.
 
 One low-pass and the filter before decimation give the overall cut-off of Table 19; a pure delay adds the remaining
 phase at 20 Hz (3.8). If the filter before decimation alone has too much delay (12.5 to 208 Hz), its cut-off is raised.
-ST gives no phase with LPF1 off; the model then uses the delay of FTYPE = 3.
+ST does not give the phase if LPF1 is off; in this case the model uses the delay of FTYPE = 3.
 
 Decision: at a change from sleep to low power, firmware must discard as many gyroscope samples as from power-down.
 """

@@ -3,14 +3,14 @@
 A trigger (data-ready at 104 Hz at most, or INT2) starts a round, in which the hub reads its slaves. All results appear
 at the end of the round. Decision: INT2 triggers when it rises, or if it is high when the hub is switched on.
 
-Decisions where the documents are silent: the output bytes of a hub slave that does not answer do not change; a trigger
-at which no slave is due starts no round; switching off aborts the round. SENSORHUB_END_OP is 1 while idle; with
-correction, it is a pulse of 1/100 s.
+Decisions where the documents are silent: if a hub slave does not answer, its output bytes do not change; if
+no slave is due at a trigger, no round starts; switching off aborts the round. SENSORHUB_END_OP is 1 while
+idle; with correction, it is a pulse of 1/100 s.
 
 Iron correction (7.5): calibrated = SI * (M - HI), uncalibrated = SI * (M - HI) + HI.
 
-Decisions where the documents are silent: corrected fields are rounded to the nearest LSB; a field over 16 bits
-saturates and sets HI_FAIL.
+Decisions where the documents are silent: corrected fields are rounded to the nearest LSB; if a field exceeds
+16 bits, it saturates and sets HI_FAIL.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def read_ps(count: int) -> int:
 
 
 class AuxiliaryBus:
-    """The attached sensors by 7-bit address."""
+    """The attached sensors, keyed by 7-bit address."""
 
     def __init__(self) -> None:
         self._targets: dict[int, SubaddressTarget] = {}

@@ -120,7 +120,7 @@ class LSM6DSL(Sensor):
     Signals (:data:`fcu_emulator.sensors.part.Signal`): ``acceleration_g`` is the specific force (n, 3),
     ``angular_rate_dps`` (n, 3), ``temperature_degc`` (n,). ``errors``: None for an ideal sensor; ``seed``: selects the
     noise. ``den_axes_on``: CTRL9_XL resets to 0xE0. ``powered_on_ps``: time of power-on; registers answer 15 ms later
-    (AN5040 5.7). None: start-up is already over.
+    (AN5040 5.7). With None, the start-up is already over.
     """
 
     NAME: ClassVar[str] = "LSM6DSL"
@@ -292,7 +292,7 @@ class LSM6DSL(Sensor):
                 at_ps, "forbidden", "int2-driven", "INT2 driven from outside while it is an output"
             )
             return
-        self.version[0] += 1  # ends the trains
+        self.version[0] += 1  # a new version ends the trains of samples
         self.catch_up(at_ps)
         self._measuring.refresh(at_ps)
         self._features.data_enable.level_changes(level, at_ps)

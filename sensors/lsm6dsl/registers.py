@@ -1,6 +1,6 @@
 """Main register bank of the LSM6DSL (datasheet Table 19, section 9).
 
-Undocumented resets are 0, or 0x10 for an empty FIFO.
+Undocumented reset values are 0, or 0x10 for an empty FIFO.
 
 Decision: CTRL9_XL resets to 0x00 as in Table 19. Table 75 and AN5040 4.8.5 give 0xE0, an option of the constructor.
 

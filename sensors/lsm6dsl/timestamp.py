@@ -1,6 +1,6 @@
 """The timestamp counter of the LSM6DSL (AN5040 6.5; datasheet 9.57 to 9.59).
 
-Decisions where the documents are silent: TIMER_EN alone starts the timestamp counter, as Linux' driver expects; a
+Decisions where the documents are silent: TIMER_EN alone starts the timestamp counter, as the driver in Linux expects; a
 change of TIMER_HR does not change the count; only the value 0xAA, written to TIMESTAMP2_REG, has an effect. The
 counter's rate has the same error as the output rates, as in the LSM6DSO.
 """

@@ -20,7 +20,7 @@ from fcu_emulator.emulator.trace import Fault as FaultEvent
 from fcu_emulator.emulator.trace import Trace
 
 CYCLES_PER_INSTRUCTION: Final = Fraction(13, 10)
-"""The default; cycle_clock.h gives the reasons."""
+"""The default number; cycle_clock.h gives the reasons for it."""
 RESETS_KEPT: Final = 10_000
 _REASONS: Final = ("", "SYSRESETREQ", "PIN", "IWDG", "WWDG", "power-on")
 """The reasons of enum ResetReason in run_loop.h, and the reasons that come from Python."""
@@ -127,8 +127,8 @@ class Core(FcuChip):
         self.enter()
         ended = self.library.fcu_run_until(self.handle, at_ps)
         self.raise_error()
-        # the time of a fault while a frame is saved is the end of the exception entry; the clock is then later
-        # than the chip
+        # if a fault occurs while a frame is saved, the clock has advanced to the end of the exception entry,
+        # which is later than the chip's time
         clock.now_ps = shared[0]
         if ended not in (_HALTED, _BY_WORK):
             clock.advance_to(at_ps)
@@ -302,13 +302,13 @@ class Core(FcuChip):
         return bool(stored)
 
     def read(self, address: int, size: int) -> bytes | None:
-        """Read like DMA, with side effects. Return None after a bus error."""
+        """Read a register or memory as DMA does, with side effects. Return None after a bus error."""
         value = ctypes.c_uint32()
         loaded = self.library.fcu_load(self.handle, address, size, ctypes.byref(value))
         return value.value.to_bytes(size, "little") if loaded else None
 
     def write(self, address: int, data: bytes) -> bool:
-        """Write like DMA, but never to flash. Return False after a bus error."""
+        """Write as DMA does, but never to flash. Return False after a bus error."""
         value = int.from_bytes(data, "little")
         return bool(self.library.fcu_store(self.handle, address, len(data), value))
 

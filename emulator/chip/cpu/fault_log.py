@@ -79,7 +79,7 @@ class FaultLog:
     """Records the core's faults, and the first store that FLASH refused.
 
     ``origin`` is the latest fault that is not a consequence of another fault. ``times`` counts how
-    often this fault occurred in quick succession.
+    often this fault occurred within short intervals.
     """
 
     def __init__(self, core: Core) -> None:

@@ -101,7 +101,7 @@ _RANGES = (
 
 
 class PythonPeripherals:
-    """All peripherals by address. The same wrong access to a register is noted only one time."""
+    """All peripherals by address. If a wrong access to a register is repeated, only the first one is noted."""
 
     def __init__(self, soc: Soc, peripherals: Iterable[Peripheral]) -> None:
         self._soc = soc

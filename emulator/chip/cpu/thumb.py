@@ -1,4 +1,4 @@
-"""A decoder of Thumb instructions, as far as a diagnosis needs it (ARMv7-M ARM A5)."""
+"""A decoder of those properties of Thumb instructions that a diagnosis needs (ARMv7-M ARM A5)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Flow(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Instruction:
-    """An instruction. ``stores``: it changes more than R0 to R12, SP, LR, PC and xPSR."""
+    """An instruction. ``stores``: it changes something besides R0 to R12, SP, LR, PC and xPSR."""
 
     size: int
     flow: Flow = Flow.NEXT
@@ -31,7 +31,7 @@ class Instruction:
 
 
 def decode(address: int, first: int, second: int) -> Instruction:
-    """Return an instruction. Only instructions of 32 bits need ``second``."""
+    """Return an instruction. ``second`` is needed only for instructions of 32 bits."""
     if first >> 11 in (0b11101, 0b11110, 0b11111):
         return _decode_32(address, first, second)
     return _decode_16(address, first)

@@ -62,8 +62,8 @@ class ValueLog:
     """Logs the values that instructions in ``ranges`` (begin, end) compute while the context is
     active.
 
-    While an instruction repeats a value, the value is logged only one time. Between two calls of :meth:`take`,
-    each instruction logs at most 100 values, so that loops do not fill the log.
+    If an instruction computes the same value several times in succession, the value is logged once. Between
+    two calls of :meth:`take`, each instruction logs at most 100 values, so that loops do not fill the log.
     """
 
     def __init__(self, core: Core, ranges: Iterable[tuple[int, int]]) -> None:
@@ -85,7 +85,7 @@ class ValueLog:
 
     @property
     def lost(self) -> int:
-        """Number of values since the latest :meth:`take` that did not fit into the log."""
+        """Number of values that have not fitted into the log since the latest :meth:`take`."""
         return self._log.lost
 
     def take(self) -> Values:

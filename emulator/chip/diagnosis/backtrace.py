@@ -1,8 +1,8 @@
 """Function and source line of an address, and the calls that led to it.
 
 Decision: callers are found by a search of the stack (ARMv7-M ARM B1.5.6, B1.5.8), because student
-firmware rarely describes its stack frames. A word on the stack is a return address if it points
-behind a BLX, or behind a BL to the current function.
+firmware rarely describes its stack frames. A word on the stack is a return address if it points to
+the instruction after a BLX, or after a BL to the current function.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class Places:
         return f"{function.name}(), {line}"
 
     def prefix(self, address: int | None) -> str:
-        """Return the place with a colon, as the beginning of a summary; an empty string without an address."""
+        """Return the place with a colon, as the beginning of a summary; without an address, return an empty string."""
         return f"{self.place(address)}: " if address is not None else ""
 
     def line(self, address: int | None) -> dict[str, str]:

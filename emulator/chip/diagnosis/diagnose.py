@@ -64,7 +64,7 @@ def diagnose(arm: RunningFirmware) -> Diagnosis | None:
 
 
 def findings(arm: RunningFirmware) -> Iterator[Diagnosis]:
-    """Yield all problems, the worst first. After a fatal problem, no others follow."""
+    """Yield all problems, the worst first. No problem is yielded after a fatal one."""
     signals, chip = arm.signals, arm.chip
     places = Places(arm.image)
     transfers = RecentTransfers(signals)
@@ -183,7 +183,7 @@ def _unselected(transfers: RecentTransfers) -> Diagnosis | None:
 
 # -- timer callbacks ----------------------------------------------------------------------------------------
 
-_FEWEST_TICKS = 20  # fewer ticks prove nothing
+_FEWEST_TICKS = 20  # with fewer ticks, the counts of late and lost ticks prove nothing
 _STARVED_PS = 100 * PS_PER_MS
 _WAITING = {
     "HAL_Delay": "Do not wait in an interrupt: count calls in the callback, or wait in main().",
@@ -193,9 +193,9 @@ _WAITING = {
 
 
 def slow_callback(chip: Chip, places: Places) -> Diagnosis | None:
-    """Report the first timer that loses over a tenth of its ticks.
+    """Report the first timer that loses more than a tenth of its ticks.
 
-    If the callback waits or prints, one lost tick, or more than 1 % of late ticks, is enough.
+    If the callback waits or prints, it is enough that one tick is lost or that more than 1 % of the ticks are late.
     The duration of a slow handler is estimated as period * due ticks / handled ticks.
 
     Decision: a slow timer callback never counts as a failure, because a scenario may slow the bus

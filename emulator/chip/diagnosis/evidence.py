@@ -235,7 +235,8 @@ class PeripheralNotes:
         ]
 
     def without_clock(self) -> list[str]:
-        """Return peripherals that were written without clock and have never had a clock since."""
+        """Return peripherals to which firmware wrote while their clock was off, and whose clock was never
+        switched on later."""
         first_ps: dict[str, int] = {}
         for note in self._notes:
             if note.problem == "written-without-clock":

@@ -15,7 +15,8 @@ _SIGN_BIT = 0x400
 
 
 def exclusive_or(places: Places, code: ReadCode) -> str:
-    """Return the place of the first EOR in the slides' functions or, without these, in their callers."""
+    """Return the place of the first EOR in the slides' functions or, if the program has none of them, in
+    their usual callers."""
     for names in (_ARITHMETIC, _CALLERS):
         starts = [start for name in names if (start := places.address_of(name)) is not None]
         functions = (places.function(start) for start in starts)

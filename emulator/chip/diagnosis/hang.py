@@ -128,7 +128,7 @@ _PATIENCE_PS = 3 * PS_PER_S  # the 32 kHz crystal takes 2 s to start
 
 
 class Waits:
-    """Finds loops that wait in vain. ``quiet_ps`` is the time since the last external event."""
+    """Finds loops whose condition never becomes true. ``quiet_ps`` is the time since the last external event."""
 
     def __init__(self, chip: Chip, places: Places, quiet_ps: int) -> None:
         self._chip = chip

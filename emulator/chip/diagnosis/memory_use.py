@@ -13,7 +13,7 @@ _LEFT = 10 * 1024  # bytes for heap and stack; printf of floats uses both
 
 
 def flash_nearly_full(image: FirmwareImage) -> Diagnosis | None:
-    """Report a flash that is over nine tenths full."""
+    """Report a flash that is more than nine tenths full."""
     used = sum(len(one.data) for one in image.segments if FLASH_MEMORY.holds(one.address, one.address))
     if used < _FULL * FLASH_SIZE:
         return None
@@ -34,7 +34,7 @@ def ram_nearly_full(core: Core, places: Places) -> Diagnosis | None:
     if end is None or not RAM_MEMORY.start < end < places.stack_top or places.stack_top - end >= _LEFT:
         return None
     if RAM_MEMORY.end - places.stack_top >= _LEFT:
-        return None  # there is enough space for a heap behind the stack
+        return None  # between the stack and the end of RAM, there is enough space for a heap
     left = places.stack_top - end
     deepest = (
         places.stack_top - core.lowest_stack if RAM_MEMORY.holds(core.lowest_stack, core.lowest_stack) else 0

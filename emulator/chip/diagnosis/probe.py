@@ -95,7 +95,7 @@ class Probe:
         return None
 
     def handle(self, exception: int) -> frozenset[int] | None:
-        """Run an exception handler. Return the changed RAM addresses, or None if it had other effects."""
+        """Run an exception handler. Return the changed RAM addresses, or None if the handler had other effects."""
         with closing(self._copy) as copy:
             return self._handle(copy, exception)
 

@@ -1,7 +1,7 @@
 """The chip as a debugger's target.
 
 Decision: to resume from a breakpoint, the core first makes a single step, in a separate run.
-Therefore a waiting loop that contains a breakpoint is never skipped.
+Therefore a waiting loop with a breakpoint is never skipped.
 
 Decision: with a debugger, BKPT halts the core (ARMv7-M ARM C1.4.1), and execution resumes after the
 BKPT.

@@ -24,7 +24,7 @@ _ESCAPED = re.compile(rb"\}(.?)", re.DOTALL)
 
 
 class Arrival(Enum):
-    """Arrivals other than packets."""
+    """Events in the received bytes other than valid packets."""
 
     INTERRUPT = auto()  # Ctrl-C at the debugger
     RESEND = auto()  # the debugger requests the latest packet again
@@ -33,7 +33,7 @@ class Arrival(Enum):
 
 
 Received: TypeAlias = bytes | Arrival
-"""A packet's payload without escapes, or another arrival."""
+"""A packet's payload without escapes, or another event."""
 
 
 def frame(payload: bytes) -> bytes:
@@ -48,7 +48,7 @@ def unescape(data: bytes) -> bytes:
 
 
 class Framer:
-    """Splits the received bytes into arrivals."""
+    """Splits the received bytes into packets and other events."""
 
     def __init__(self) -> None:
         self._packet: bytearray | None = None

@@ -1,7 +1,7 @@
 """The debugger's TCP socket on 127.0.0.1, served between short periods of virtual time.
 
-Decision: a debugger whose connection breaks counts as detached, so its breakpoints are removed and
-the firmware continues.
+Decision: if the connection to a debugger breaks, the debugger counts as detached: its breakpoints
+are removed, and the firmware continues.
 
 Decision: a new connection becomes the debugger only with its first valid packet. Other connections
 are closed, because any web page can send to a local port.
@@ -113,7 +113,7 @@ class GdbServer:
         found = select.select(waiting, [], [], patience_s)[0]
         if (
             self._client in found
-        ):  # the debugger may leave in this step; a new connection is accepted after it
+        ):  # the debugger may disconnect in this step; a new connection is accepted only after the step
             found = [ready for ready in found if ready is not self._listener]
         for ready in found:
             if ready is self._listener:

@@ -113,7 +113,7 @@ _WATCH = {PointKind.WRITE: b"watch", PointKind.READ: b"rwatch", PointKind.ACCESS
 
 
 class DebuggerExit(Enum):
-    """How a debugger leaves."""
+    """The ways in which a debugger ends its session."""
 
     DETACHED = "detached"
     KILLED = "killed"
@@ -123,7 +123,7 @@ class GdbSession:
     """Answers packets about one target.
 
     ``is_interrupted()``: whether the debugger has sent Ctrl-C. ``halted``: the target is stopped. ``ended``: how the
-    debugger has left, or None.
+    debugger has ended the session, or None.
     """
 
     def __init__(

@@ -1,7 +1,7 @@
 """Firmware files: ELF, Intel HEX and raw binary, from untrusted sources.
 
 Decision: the project has its own parsers, in which every loop is limited by the length of the file
-or by a budget of work. A forged file can keep pyelftools busy forever.
+or by a budget of work. With a forged file, pyelftools may never return.
 """
 
 from fcu_emulator.emulator.chip.image.image import FirmwareImage, load_firmware, parse_firmware

@@ -177,7 +177,7 @@ def member_at(kind: CType, offset: int) -> str:
 
 
 class TypeReader:
-    """Creates each C type only one time. Raises DebugInfoError."""
+    """Creates each C type only once. Raises DebugInfoError."""
 
     def __init__(self, info: DebugInfo) -> None:
         self._info = info
@@ -217,7 +217,7 @@ class TypeReader:
         raise DebugInfoError(f"a type is of kind 0x{entry.tag:02X}, which has no value here")
 
     def _enumeration(self, entry: DebugEntry) -> CType:
-        """Return the underlying type. If the entry has none, a negative constant makes the type signed."""
+        """Return the underlying type. If the entry has no underlying type, a negative constant makes the type signed."""
         if AT_TYPE in entry.values:
             return self.type_of(entry)
         constants = [child.number(_AT_CONST_VALUE) or 0 for child in self._info.children(entry)]
@@ -273,7 +273,7 @@ def _base(entry: DebugEntry) -> CType:
 
 
 def _count(subrange: DebugEntry) -> int:
-    """Return the number of elements. GCC gives the highest index instead, which is -1 without elements."""
+    """Return the number of elements. GCC gives the highest index instead, which is -1 for an array without elements."""
     count = subrange.number(_AT_COUNT)
     if count is None:
         highest = subrange.number(_AT_UPPER_BOUND)
@@ -324,7 +324,7 @@ _LONGEST_CHAIN = 8  # limit for damaged files; correct files need two steps, to 
 
 
 class Variables:
-    """Types of variables by address, because several variables may have the same name. Raises DebugInfoError."""
+    """Types of variables, found by address, because several variables may have the same name. Raises DebugInfoError."""
 
     def __init__(self, info: DebugInfo) -> None:
         self._info = info

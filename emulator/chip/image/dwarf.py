@@ -285,7 +285,7 @@ class DebugInfo:
         return None
 
     def at_start(self, unit: Unit) -> DebugEntry:
-        """Return a unit's first entry. Its name is the name of the source file."""
+        """Return a unit's first entry. The entry's name is the name of the source file."""
         return self._at(unit, unit.first)
 
     def name(self, entry: DebugEntry) -> str:

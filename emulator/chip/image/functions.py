@@ -1,4 +1,4 @@
-"""Signatures of functions by address, because names may repeat (DWARF 5 section 3.3)."""
+"""Signatures of functions, found by address, because several functions may have the same name (DWARF 5 section 3.3)."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Signature(NamedTuple):
 
 
 class _Entries(NamedTuple):
-    """The entries of functions by address, and the names of inlined functions and of defined functions."""
+    """The entries of functions, keyed by address, and the names of inlined functions and of defined functions."""
 
     at: dict[int, DebugEntry]
     inlined: set[str]

@@ -1,4 +1,4 @@
-"""Source lines by address, from ``.debug_line`` (DWARF 2 to 5; DWARF 5 section 6.2)."""
+"""Source lines, found by address, from ``.debug_line`` (DWARF 2 to 5; DWARF 5 section 6.2)."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class LineTable:
         return SourceLine(sequence.paths[file], line)
 
     def ranges(self, is_wanted: Callable[[str], bool]) -> list[tuple[int, int]]:
-        """Return (begin, end) of the code of wanted files; adjacent ranges are merged."""
+        """Return (begin, end) of the code of files for which ``is_wanted`` is true; adjacent ranges are merged."""
         found: list[tuple[int, int]] = []
         for sequence in self._sequences:
             wanted = [is_wanted(path) for path in sequence.paths]
@@ -88,7 +88,7 @@ def _words() -> array[int]:
 
 @dataclass
 class Sequence:
-    """Rows by address: row i belongs to line ``lines[i]`` of ``paths[files[i] - first_file]``."""
+    """Rows in the order of their addresses: row i belongs to line ``lines[i]`` of ``paths[files[i] - first_file]``."""
 
     paths: list[str]
     first_file: int

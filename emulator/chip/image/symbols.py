@@ -1,7 +1,7 @@
 """Names and lines of a program. Damaged parts cause only a note.
 
-Decision: the symbol table is indexed on its first use, in one pass. Runs that never use it have no
-cost.
+Decision: the symbol table is indexed on its first use, in one pass. If a run never uses the symbol
+table, it costs nothing.
 """
 
 from __future__ import annotations
@@ -146,7 +146,8 @@ class SymbolTable:
         return functions
 
     def _gap(self, index: int) -> int:
-        """Return the distance to the next function, because functions in assembly may have no size."""
+        """Return the distance to the next function. It replaces the size of a function in assembly, which may
+        be missing."""
         start = self._functions[index].start
         if index + 1 < len(self._functions):
             return self._starts[index + 1] - start
@@ -295,7 +296,7 @@ class Symbols:
         return Definition(is_inlined, at.start if at else None, at.size if at else 0)
 
     def code_ranges(self, is_wanted: Callable[[str], bool]) -> list[tuple[int, int]]:
-        """Return (begin, end) of the code of wanted source files, in ascending order."""
+        """Return, in ascending order, (begin, end) of the code of source files for which ``is_wanted`` is true."""
         return self._lines.ranges(is_wanted)
 
     def _symbol(self, name: str) -> Symbol:

@@ -5,7 +5,7 @@
 
 #include "fcu.h"
 
-/* the cost of programming the flash is added to the cost of the flash registers (write_flash()) */
+/* the work of programming the flash is counted as work of the flash registers (write_flash()) */
 #define FLASH_INTERFACE_BASE 0x40023C00u
 /* after this number of reads with no write between them, a peripheral is read by read_memory_like() */
 #define MEMORY_LIKE_AFTER 1000
@@ -142,7 +142,7 @@ int32_t fcu_store(Chip *chip, uint32_t address, uint32_t size, uint32_t value) {
 
 /* -- the core's accesses to registers and bit-band aliases -------------------------------------------- */
 
-/* Advance to the time of the current access. */
+/* Advance the chip to the time of the current access. */
 static inline void begin_access(Chip *chip) {
   chip->now_ps = cycle_clock_ps(&chip->cycle_clock, (int64_t)chip->core.counter - 1);
   if (chip->due_ps <= chip->now_ps || chip->host_next_ps <= chip->now_ps) {
@@ -197,8 +197,8 @@ static bool write_bit_band(Chip *chip, uint32_t address, uint32_t value) {
   return true;
 }
 
-/* Cache a register for repeat_read(). Registers of memory-like peripherals are not cached. Registers of the
- * core are not cached either, because the core's state changes them. */
+/* Cache a register for repeat_read(). Registers of memory-like peripherals are not cached. The core's own
+ * registers are not cached either, because they change with the core's state. */
 static void cache_polled(Chip *chip, const Peripheral *peripheral, uint32_t address, unsigned size, uint32_t value,
                         int64_t until_ps) {
   Polled *polled = poll_skip_slot(&chip->poll_skip, address);
@@ -452,7 +452,7 @@ void fcu_watch_memory(Chip *chip, int32_t on, uint32_t begin, uint32_t end) {
   core->watch_begin = begin;
   core->watch_end = end;
   if (changed) {
-    fcu_invalidate_code(chip); /* loads of literals are decoded differently */
+    fcu_invalidate_code(chip); /* watched loads of literals are decoded in another way */
   }
   update_access_checks(core);
 }

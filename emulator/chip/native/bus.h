@@ -9,8 +9,8 @@
 
 /* -- bus.c ----------------------------------------------------------------------------------------------- */
 
-/* Access an address for DMA or a debugger at the current time; the core uses core_read() and core_write().
- * Return false if the address has no memory or register. */
+/* Access an address for DMA or a debugger at the current time. The core uses core_read() and core_write()
+ * instead. Return false if the address has no memory or register. */
 bool bus_load(Chip *chip, uint32_t address, unsigned size, uint32_t *value);
 bool bus_store(Chip *chip, uint32_t address, unsigned size, uint32_t value);
 
@@ -21,7 +21,7 @@ bool bus_store(Chip *chip, uint32_t address, unsigned size, uint32_t value);
 #define HARMLESS_SLOTS 64
 
 typedef struct {
-  uint64_t version; /* changes when a register in Python may have changed */
+  uint64_t version; /* is increased when a register in Python may have changed */
   struct {
     int64_t until_ps;
     uint64_t version;
@@ -65,8 +65,8 @@ void python_store(Chip *chip, uint32_t address, unsigned size, uint32_t value);
 /* -- poll_skip.c: loops that poll registers ----------------------------------------------------------- */
 
 #define POLL_SKIP_COMPARE_AFTER 3 /* number of reads of a register before states are compared */
-/* POLL_SKIP_MAX_MISSES: unsuccessful comparisons before a pause; POLL_SKIP_PAUSE: reads without comparison
-   in a pause */
+/* POLL_SKIP_MAX_MISSES: number of unsuccessful comparisons before a pause; POLL_SKIP_PAUSE: number of
+   reads without comparison during a pause */
 #define POLL_SKIP_MAX_MISSES 50
 #define POLL_SKIP_PAUSE 2000
 #define POLL_SKIP_STATES 64
@@ -82,14 +82,14 @@ typedef struct {
 typedef struct {
   uint32_t address;
   int32_t poll_count;
-  /* The latest value. For this size and version it is valid up to the time until_ps. */
+  /* The latest value. With this size and version, the value is valid up to the time until_ps. */
   uint32_t size, value;
   int64_t until_ps, version;
 } Polled;
 
 typedef struct {
   int64_t accesses;
-  int64_t version; /* changes when a register may have changed before its until_ps */
+  int64_t version; /* is increased when a register may have changed before its until_ps */
   int64_t skipped;
   int64_t enabled;
   int64_t state_count;
@@ -143,7 +143,7 @@ void idle_skip_create(Chip *chip);
  * loop, do nothing and return false. */
 bool idle_skip_execute(Chip *chip, int64_t instructions);
 /* Suspect an idle loop if the latest run was long and accessed nothing. If the run filled the check
- * interval, double this interval up to a limit. The limit is higher while a loop is suspected. Call this
+ * interval, double this interval up to a limit. While a loop is suspected, the limit is higher. Call this
  * after a run. */
 void idle_skip_check(Chip *chip);
 

@@ -404,7 +404,7 @@ void fcu_set_clocks(Chip *chip, const Clocks *clocks) {
                         (chip->clocks.lsi_hz != clocks->lsi_hz || chip->clocks.lse_hz != clocks->lse_hz);
   chip->clocks = *clocks;
   timers_oscillators_changed(chip);
-  if (low_speed_only) { /* HCLK has not changed; run_loop_hclk_changed() would round the core's time */
+  if (low_speed_only) { /* HCLK has not changed, so the core's time must not be rounded */
     return;
   }
   run_loop_hclk_changed(chip);

@@ -1,7 +1,7 @@
 /* The chip: all peripherals in one struct, and the connections between them.
  *
- * Python has the rarely used peripherals (RCC, PWR, FLASH, ADC, RTC, watchdogs, DBGMCU), the outside world,
- * and a clock with its events. C calls Python through struct Host.
+ * Python models the rarely used peripherals (RCC, PWR, FLASH, ADC, RTC, watchdogs, DBGMCU) and the devices
+ * outside the chip, and has a clock with its own events. C calls Python through struct Host.
  */
 #ifndef FCU_CHIP_H
 #define FCU_CHIP_H
@@ -23,14 +23,14 @@
 
 enum IgnoredAccess { READ_UNCLOCKED, WRITE_UNCLOCKED, READ_UNKNOWN, WRITE_UNKNOWN };
 
-/* Callbacks into Python. They set chip->host_next_ps and never raise. */
+/* Callbacks into Python. The callbacks set chip->host_next_ps and never raise an exception. */
 typedef struct {
   void (*advance)(int64_t now_ps); /* an event of Python's clock is due */
   uint32_t (*read)(int64_t now_ps, uint32_t address, uint32_t size);
   void (*write)(int64_t now_ps, uint32_t address, uint32_t size, uint32_t value);
   void (*note)(int64_t now_ps, int32_t peripheral, int32_t kind, const char *text);
-  /* Return 0 if the access was harmless and is not reported; a later access to this register may still be
-   * reported. */
+  /* Return 0 if the access was harmless and was not reported. A later access to this register may still
+   * be reported. */
   int32_t (*ignored_access)(int64_t now_ps, int32_t peripheral, uint32_t offset, int32_t what, uint32_t value);
   /* The core registers still have their values at the faulting instruction. */
   void (*fault)(int64_t now_ps, int32_t exception, uint32_t cfsr, uint32_t hfsr, uint32_t address);
@@ -77,7 +77,7 @@ struct Chip {
   PythonRegisters python_registers;
   Costs costs;
 
-  /* next_ps: earliest event that is not deferred; due_ps: earliest event of both kinds. */
+  /* next_ps: earliest event that is not deferred; due_ps: earliest event, deferred or not. */
   int64_t next_ps, due_ps;
   int64_t event_ps[EVENTS];
   uint64_t event_order[EVENTS], order, deferred;
@@ -85,7 +85,7 @@ struct Chip {
   Peripheral *event_peripheral[EVENTS];
   int32_t event_count;
 
-  uint64_t irq_sources[INTERRUPTS]; /* bit = index of a peripheral; bit 63: Python */
+  uint64_t irq_sources[INTERRUPTS]; /* bit n: line set by the peripheral with index n; bit 63: by Python */
   void (*irq_changed)(int64_t now_ps, int32_t number, int32_t level); /* NULL: not watched */
   int8_t alternate[PORTS][16]; /* function of each pin; -1: none */
 
@@ -98,8 +98,8 @@ struct Chip {
   uint8_t ram[RAM_SIZE], flash[FLASH_SIZE], system_memory[SYSTEM_MEMORY_SIZE];
 };
 
-/* Execute all events up to to_ps. If events are simultaneous, the chip's events come before Python's. Both
- * groups keep the order of scheduling.
+/* Execute all events up to to_ps. If events are simultaneous, the chip's events come before Python's; in
+ * each group the event that was scheduled first comes first.
  */
 void chip_advance(Chip *chip, int64_t to_ps);
 void chip_settle(Chip *chip);

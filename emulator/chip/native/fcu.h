@@ -1,8 +1,8 @@
 /* The C interface for Python; the heading of each section gives the file that implements the section.
  *
  * All functions take the handle that fcu_create() returns. The library has no global state. Only one thread at a time
- * may use a handle. Times are picoseconds since power-on. C code of the library itself calls hidden functions,
- * because a call of an exported function goes through a table.
+ * may use a handle. Times are picoseconds since power-on. Inside the library, C code calls functions that are
+ * not exported, because a call of an exported function is slower.
  */
 #ifndef FCU_H
 #define FCU_H
@@ -38,7 +38,7 @@ void fcu_set_thumb(Chip *chip, int32_t thumb);
 
 /* -- running: run_loop.c ----------------------------------------------------------------------------------- */
 
-/* Power-on (ARMv7-M ARM B1.5.5): reset all but RAM, load SP and PC from the vector table. */
+/* Switch the chip on (ARMv7-M ARM B1.5.5): reset all except RAM, then load SP and PC from the vector table. */
 void fcu_start(Chip *chip);
 /* Run up to and including at_ps; return enum Ended. */
 int32_t fcu_run_until(Chip *chip, int64_t at_ps);
@@ -61,7 +61,7 @@ int32_t fcu_enter_exception(Chip *chip, int32_t number, uint32_t vectors);
 
 /* -- debugging: run_loop.c --------------------------------------------------------------------------------- */
 
-/* Halt before the next instruction. An exception entry in progress is finished first. */
+/* Halt before the next instruction. If an exception entry has begun, it is finished first. */
 void fcu_halt(Chip *chip);
 /* If step is set, halt again after one instruction or exception entry. */
 void fcu_resume(Chip *chip, int32_t step);
@@ -83,7 +83,7 @@ void fcu_set_breakpoint(Chip *chip, uint32_t address, int32_t on);
 
 /* Log into `log` from now on, or stop logging if `log` is NULL. */
 void fcu_log_values(Chip *chip, ValueLog *log);
-/* Watch the instructions from begin to end (excluded), or stop watching. Watched instructions are executed
+/* Watch the instructions from begin to end (excluded), or stop watching them. Watched instructions are executed
  * one by one. */
 void fcu_watch_values(Chip *chip, uint32_t begin, uint32_t end, int32_t on);
 
@@ -233,7 +233,7 @@ SensorRegisters *fcu_connect_targets(Chip *chip, const TargetCalls *calls);
 int32_t fcu_add_target(Chip *chip, const uint64_t *version, int32_t increment_bit);
 /* number: 0 for I2C1. speed_hz: the initial speed. shortest_ps: the shortest period of the bus. */
 void fcu_connect_i2c(Chip *chip, int32_t number, const I2cCalls *calls, int64_t speed_hz, int64_t shortest_ps);
-/* which: 0 for SCL, 1 for SDA. If no pin is set for an I2C, this I2C is always connected. */
+/* which: 0 for SCL, 1 for SDA. An I2C without pins is always connected. */
 void fcu_i2c_pin(Chip *chip, int32_t number, int32_t which, int32_t port, int32_t pin, int32_t function);
 I2cWire *fcu_i2c_wire(Chip *chip, int32_t number);
 
@@ -246,7 +246,7 @@ void fcu_add_spi_sensor(Chip *chip, int32_t spi, int32_t port, int32_t pin, int3
 /* Add a module that is not fitted. on_access() is called when firmware sends to the module for the first time. */
 void fcu_add_absent_spi_device(Chip *chip, int32_t spi, int32_t port, int32_t pin, void (*on_access)(int64_t now_ps));
 /* fcu_take_spi_message() takes the oldest recorded message; fcu_take_spi_unaddressed() takes the oldest
- * byte that was sent while no chip select was low. They return 0 if nothing is recorded. Only the latest
+ * byte that was sent while no chip select was low. Both functions return 0 if nothing is recorded. Only the latest
  * SPI_RECENT messages and bytes are recorded. */
 int32_t fcu_take_spi_message(Chip *chip, int32_t spi, SpiMessage *message);
 int32_t fcu_take_spi_unaddressed(Chip *chip, int32_t spi, SpiUnaddressed *unaddressed);

@@ -40,7 +40,9 @@ def _remedy(folder: Path) -> str:
 def _installed_from() -> str:
     """Return the folder, wheel or package from which pip can install again."""
     import json
-    from importlib.metadata import PackageNotFoundError, distribution  # takes 15 ms, for a rare message
+
+    # imported here, because the import takes 15 ms and the message is rare
+    from importlib.metadata import PackageNotFoundError, distribution
 
     try:
         address = distribution(_NAME).read_text("direct_url.json")

@@ -1,10 +1,10 @@
-/* Cache of registers in Python. It saves calls of Python, each of which takes as long as hundreds of
- * instructions.
+/* Cache of registers in Python. The cache saves calls of Python, each of which takes as long as
+ * hundreds of instructions.
  *
- * For a read without side effects, Python returns a value and the time until which this value is valid. A
- * call that may change a register in Python ends this validity earlier. An access to an address without
- * register or clock is reported once; then C ignores further accesses. Entries with the same hash replace
- * each other.
+ * For a read without side effects, Python returns a value and the time until which this value is valid.
+ * If a call may change a register in Python, the cached values become invalid at once. An access to an
+ * address without register or clock is reported once; then C ignores further accesses. Entries with the
+ * same hash replace each other.
  */
 #include "bus.h"
 #include "fcu.h"

@@ -31,7 +31,7 @@ _DIVIDER = 20 / 30  # 10k over 20k (steval_fcu001_v1.h of STSW-FCU001)
 
 
 class AdcInputs:
-    """Input voltages by channel, including the battery voltage."""
+    """Input voltages of the channels, including the battery voltage."""
 
     def __init__(self, battery_v: float = 3.7, die_degc: float = 30.0) -> None:
         self.battery_v = battery_v

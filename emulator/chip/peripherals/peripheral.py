@@ -117,7 +117,7 @@ RegisterWritten = Callable[[int, int], None]
 class Peripheral:
     """One peripheral at ``base``, with its ``declared`` registers.
 
-    ``REGISTERS`` has reset values by offset, and ``WRITABLE`` has the stored bits. Other offsets read as 0
+    ``REGISTERS`` has the reset value of each offset, and ``WRITABLE`` has the stored bits. Other offsets read as 0
     and ignore writes.
     """
 

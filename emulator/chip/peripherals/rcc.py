@@ -1,6 +1,6 @@
 """RCC: clocks, gates, resets and reset flags (RM0368 section 6).
 
-Oscillators take typical start-up times (STM32F401xB/C datasheet). MCO1, MCO2, clock security,
+Oscillators are ready after their typical start-up times (STM32F401xB/C datasheet). MCO1, MCO2, clock security,
 spread spectrum and xxxLPENR have no effect. The model has a 32 kHz crystal, but it may be missing
 on the real board.
 """
@@ -54,7 +54,7 @@ class Oscillators:
         return Oscillators(HSI_HZ, self.crystal_hz, self.crystal_hz)
 
 
-_OTHER_CRYSTALS_HZ = (HSE_HZ, 8_000_000, 25_000_000, 12_000_000)  # of other boards
+_OTHER_CRYSTALS_HZ = (HSE_HZ, 8_000_000, 25_000_000, 12_000_000)  # usual crystals of other boards
 
 NOMINAL = Oscillators()
 """Exact oscillators for checks of the manual's limits. A real oscillator within its tolerance does not violate
@@ -113,7 +113,8 @@ class Frequencies:
     timer2_hz: int
 
     def problem(self) -> str:
-        """Return the exceeded limit of APB1 (42 MHz), or "". The PLL's limit keeps AHB and APB2 at 84 MHz (6.2)."""
+        """Return the exceeded limit of APB1 (42 MHz), or "". The PLL's limit keeps AHB and APB2 at or below
+        84 MHz (6.2)."""
         if self.pclk1_hz > 42_000_000:
             return f"APB1 must run at 42 MHz or less, not {self.pclk1_hz / 1e6:g} MHz; change PPRE1"
         return ""
@@ -213,7 +214,7 @@ _OSCILLATORS = frozenset((CR, PLLCFGR, BDCR, CSR))
 
 
 class _Controlled:
-    """The peripherals whose clocks or resets the bits of a register control."""
+    """The peripherals whose clocks or resets are controlled by the bits of a register."""
 
     def __init__(self, names: Mapping[int, str], peripherals: Mapping[str, Peripheral]) -> None:
         known = [(bit, peripherals[name]) for bit, name in names.items() if name in peripherals]

@@ -1,8 +1,8 @@
 """RTC: calendar, alarms, wake-up timer, backup registers, write protection (RM0368 section 17).
 
-INITF, RSF, WUTWF and ALRxWF are set immediately; on the chip this takes two RTC clocks. An invalid date
-carries over into the next unit: 31 June is 1 July. Notes report tamper, time stamp, calibration and
-12 hour format as not modelled.
+INITF, RSF, WUTWF and ALRxWF are set immediately; on the chip this takes two RTC clocks. The excess of
+an invalid date is carried over to the next unit: 31 June becomes 1 July. Notes report tamper, time
+stamp, calibration and 12 hour format as not modelled.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ _BACKUP = range(rtc.BKPxR.addr, rtc.BKPxR.addr + rtc.BKPxR.count * rtc.BKPxR.ste
 
 
 class Rtc(Peripheral, declared=DECLARED["RTC"]):
-    """The real-time clock. Only a reset of the backup domain resets it."""
+    """The real-time clock. This peripheral is reset only by a reset of the backup domain."""
 
     def __init__(self, soc: Soc, name: str, base: int, pwr: Pwr, rcc: Rcc) -> None:
         super().__init__(soc, name, base)
@@ -155,7 +155,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
         return self.peek(offset)
 
     def read_with_validity(self, offset: int) -> tuple[int, int]:
-        """Return a register, and the time of its next change."""
+        """Return the value of a register, and the time of its next change."""
         value = self.read(offset)
         if offset not in {TR, DR, SSR} or self.registers[ISR] & _INITF or not self._hz:
             return value, NEVER_PS

@@ -3,7 +3,7 @@
 The chip in C reads most registers of the sensors itself
 (:mod:`fcu_emulator.sensors.shared_registers`), and passes other messages to Python.
 
-The board's Bluetooth module is not modelled. Its pins are SPI1 (PA5 to PA7), chip select PB0, reset
+The board's Bluetooth module is not modelled. The module's pins are SPI1 (PA5 to PA7), chip select PB0, reset
 PB2 and interrupt PA4. The interrupt line is low, because a high level would keep the loop in
 HCI_Isr of ST's firmware running.
 """

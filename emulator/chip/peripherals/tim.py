@@ -86,7 +86,7 @@ class Timer(NativePeripheral):
 
 
 def connect_timers(chip: FcuChip) -> dict[str, Timer]:
-    """Return the timers by name. From now on, they report late and lost ticks to the trace."""
+    """Return the timers, keyed by name. From now on, they report late and lost ticks to the trace."""
     clock, trace = chip.clock, chip.trace
 
     def late(peripheral: int, wait_ps: int) -> None:

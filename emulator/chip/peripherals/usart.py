@@ -74,7 +74,7 @@ class ConnectedUsarts:
         line.carry(bytes(data[:length]), detailed=bool(detailed))
 
     def unconnected_output(self) -> dict[str, bytes]:
-        """Return the first bytes of USARTs without a line, by name."""
+        """Return the first bytes of USARTs without a line, keyed by name."""
         clock = self._chip.clock
         now_ps = clock.now_ps
         for index in self._output:

@@ -27,7 +27,7 @@ _UNLOCK, _RELOAD, _START = 0x5555, 0xAAAA, 0xCCCC
 
 
 class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
-    """The independent watchdog, which only a reset stops."""
+    """The independent watchdog, which can be stopped only by a reset."""
 
     def __init__(self, soc: Soc, name: str, base: int) -> None:
         super().__init__(soc, name, base)
@@ -62,7 +62,8 @@ class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
             self._reload()
 
     def _reload(self) -> None:
-        """Reload the counter. A later deadline is scheduled only when the event of the earlier deadline is due."""
+        """Reload the counter. The event of the previous deadline stays scheduled; when it is due, it
+        schedules the later deadline."""
         divider = 4 << min(self.registers[IWDG_PR], 6)
         if self._deadline_ps is None:
             self._since_ps = self.soc.clock.now_ps

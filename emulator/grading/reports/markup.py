@@ -6,8 +6,8 @@
 
 Each page's content security policy also forbids scripts and requests.
 
-Decision: a few functions write the markup. A template library was rejected, because it escapes text
-by a setting and not by type.
+Decision: a few functions write the markup. A template library was rejected, because in a template a
+setting, and not the type, decides whether text is escaped.
 """
 
 from __future__ import annotations

@@ -46,7 +46,7 @@ class _Frame:
 
 
 def series_plot(series: Series) -> Html:
-    """Return a chart of printed numbers as dots, with the truth. Numbers off the chart are at the edge."""
+    """Return a chart of printed numbers as dots, with the truth. Numbers off the chart are drawn at its edge."""
     if not series.t_s:
         return element("p", f"{series.name} was never printed.", class_="quiet")
     frame = _frame(series)

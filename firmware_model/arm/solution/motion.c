@@ -7,8 +7,8 @@
 
 #include <math.h>
 
-#define MU 1.0 /* weight of Gx in the roll, 0.01..1: a small MU follows the true roll,
-                  a large MU stays calm near 90 deg pitch */
+#define MU 1.0 /* weight of Gx in the roll, 0.01..1: with a small MU the roll is exact, with a large
+                  MU it is steady near a pitch of 90 deg */
 #define DEGREES (180 / M_PI)
 #define KELVIN 273.15
 #define LAPSE_RATE 0.0065 /* K/m, in the standard atmosphere */

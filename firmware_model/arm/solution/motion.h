@@ -12,7 +12,7 @@ extern float press_zero_level; /* hPa at the floor of the room, 0 m */
 /* Degrees. Yaw (azimuth) is 0 when X points to magnetic north; it grows counter-clockwise, seen from above. */
 extern float pitch, roll, azimuth;
 
-/* Extremes of each axis so far, mgauss. */
+/* Minimum and maximum of each axis so far, in mgauss. */
 extern AxesRaw_TypeDef mag_min, mag_max;
 
 /* Widens the extremes by this sample and subtracts their centre. Call it once for every sample;

@@ -16,7 +16,7 @@ void AxesFromBytes(const uint8_t bytes[6], float per_lsb, AxesRaw_TypeDef *axes)
 
 float PressureFromBytes(const uint8_t bytes[3])
 {
-  /* The 24 bits are signed. They are put at the top of a word, so that the word has their sign. */
+  /* The 24 bits are a signed number. In the upper bits of a word, they give the word the same sign. */
   uint32_t top = (uint32_t)bytes[0] << 8 | (uint32_t)bytes[1] << 16 | (uint32_t)bytes[2] << 24;
   int32_t raw = (int32_t)top / 256;
   return (float)(raw * 100 / 4096) / 100.0f;

@@ -1,5 +1,5 @@
-/* Conversion of the sensors' output registers to physical units. It is pure arithmetic, so that
- * it can be tested on any computer. */
+/* Conversion of the sensors' output registers to physical units. The functions are pure arithmetic,
+ * so that they can be tested on any computer. */
 #ifndef CONVERSION_H
 #define CONVERSION_H
 

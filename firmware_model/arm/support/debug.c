@@ -1,8 +1,8 @@
 /* PRINTF on USART1.
  *
- * Decision: only the characters that vsnprintf put into the buffer are sent. ST's version sends
- * the length that the whole text would have, and so reads past its buffer if a line is longer
- * than 253 characters.
+ * Decision: only the characters that vsnprintf put into the buffer are sent. ST's version sends as
+ * many characters as the whole text has, and so reads past its buffer if a line is longer than 253
+ * characters.
  */
 #include "debug.h"
 

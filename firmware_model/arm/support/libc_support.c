@@ -1,5 +1,5 @@
-/* Functions that the C library needs. _sbrk() gives memory for the digits of a %f, between
- * variables and stack. If this memory is used up, an assertion fails, and __assert_func() loops forever.
+/* Functions that the C library needs. _sbrk() provides memory for the digits of a %f, between variables
+ * and stack. If this memory is used up, an assertion fails, and __assert_func() loops forever.
  */
 #include <errno.h>
 #include <stddef.h>

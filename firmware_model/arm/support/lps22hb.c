@@ -1,12 +1,12 @@
-/* LPS22HB: set-up and readings. Registers: LPS22HB datasheet, section 9. The steps have the order
+/* LPS22HB: set-up and readings. Registers: LPS22HB datasheet, section 9. The steps are in the order
  * of ST's driver.
  *
  * Decisions: over I2C the output registers are read in one burst. This needs IF_ADD_INC, which
  * ST's driver clears in the same transaction. Over SPI they are read one by one with IF_ADD_INC
- * cleared, and I2C is switched off: CTRL_REG2 = 08. ST's driver computes F8 there, which also
- * sets BOOT, FIFO_EN and STOP_ON_FTH. This mistake has no effect; it is not repeated here.
- * LPS22HB_WaitForData is an addition, because the pressure is that of the floor only after the
- * first conversion.
+ * cleared, and I2C is switched off: CTRL_REG2 = 08. ST's driver writes F8 to it, which also sets
+ * BOOT, FIFO_EN and STOP_ON_FTH. This mistake has no effect; it is not repeated here.
+ * LPS22HB_WaitForData is new here: before the first conversion, the output is not the pressure at
+ * the floor.
  */
 #include "lps22hb.h"
 

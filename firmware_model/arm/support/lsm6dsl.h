@@ -5,8 +5,8 @@
 #include "axes.h"
 #include "sensor_bus.h"
 
-/* Identify the sensor and set up accelerometer or gyroscope, which stays powered down. They
- * return COMPONENT_ERROR if the sensor is absent. */
+/* Identify the sensor and set up accelerometer or gyroscope, which stays powered down. Both
+ * functions return COMPONENT_ERROR if the sensor is absent. */
 DrvStatusTypeDef LSM6DSL_X_Init(void);
 DrvStatusTypeDef LSM6DSL_G_Init(void);
 

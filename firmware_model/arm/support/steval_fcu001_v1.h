@@ -6,7 +6,7 @@
 
 typedef enum { LED1 = 0, LED2 = 1 } Led_TypeDef;
 
-/* Makes the pin an output; the LED is lit until BSP_LED_Off, because the pin's latch is low after reset. */
+/* Makes the pin an output; the LED is lit until BSP_LED_Off is called, because the pin's latch is 0 after reset. */
 void BSP_LED_Init(Led_TypeDef Led);
 
 void BSP_LED_On(Led_TypeDef Led);

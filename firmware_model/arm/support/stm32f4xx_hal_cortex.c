@@ -13,7 +13,7 @@ void HAL_NVIC_SetPriority(IRQn_Type IRQn, uint32_t PreemptPriority, uint32_t Sub
 {
   uint8_t priority = (uint8_t)((PreemptPriority | SubPriority) << PRIORITY_SHIFT);
   if (IRQn < 0) {
-    SCB->SHP[(uint32_t)IRQn + 12U] = priority; /* exception 15 is IRQ -1: byte 11 */
+    SCB->SHP[(uint32_t)IRQn + 12U] = priority; /* SysTick is IRQ -1, exception 15: byte 11 of SHPR */
   } else {
     NVIC->IP[IRQn] = priority;
   }

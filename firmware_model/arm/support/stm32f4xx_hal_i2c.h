@@ -42,8 +42,8 @@ typedef struct {
 /* The peripheral's clock and its pins must be set up before. */
 HAL_StatusTypeDef HAL_I2C_Init(I2C_HandleTypeDef *hi2c);
 
-/* For all of these: device addresses have 8 bits (0xD6 for 0x6B); Timeout, in ms, limits the whole call.
- * They return HAL_BUSY if the handle is in use or the bus stays busy for 25 ms, HAL_ERROR if a
+/* For all these functions: device addresses have 8 bits (0xD6 for 0x6B); Timeout, in ms, limits the whole call.
+ * The functions return HAL_BUSY if the handle is in use or the bus stays busy for 25 ms, HAL_ERROR if a
  * byte was not acknowledged or the bus failed, and HAL_TIMEOUT if a flag was not set in time. */
 HAL_StatusTypeDef HAL_I2C_Master_Transmit(I2C_HandleTypeDef *hi2c, uint16_t DevAddress, const uint8_t *pData,
                                           uint16_t Size, uint32_t Timeout);

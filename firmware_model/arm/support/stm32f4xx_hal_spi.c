@@ -80,11 +80,11 @@ HAL_StatusTypeDef HAL_SPI_Transmit(SPI_HandleTypeDef *hspi, const uint8_t *pData
   return status;
 }
 
-/* Written without .rept, because the compiler counts lines to find out how far a branch over
+/* The lines do not use .rept, because the compiler counts lines to find out how far a branch over
  * these instructions must reach. */
 #define EIGHT_DSB "dsb\n\tdsb\n\tdsb\n\tdsb\n\tdsb\n\tdsb\n\tdsb\n\tdsb\n\t"
 
-/* SPE high for 64 DSB: long enough for the byte to begin, too short for another one. */
+/* SPE is set for 64 DSB: long enough for the byte to begin, too short for another one. */
 static void ClockOneByte(SPI_TypeDef *regs, uint32_t idle)
 {
   uint32_t primask = __get_PRIMASK();

@@ -1,4 +1,4 @@
-/* The fast path of loads and stores. It handles RAM and constants in flash, without checks.
+/* The fast path of loads and stores. The fast path handles RAM and constants in flash, without checks.
  *
  * If the fast path fails, the operation's slow path calls sync_state() (dispatch.h), then core_read() or
  * core_write(), which handle all cases.

@@ -1,7 +1,7 @@
 /* The instructions from AND to CMP with each kind of second operand (ARMv7-M ARM A5.3.1, A5.3.11).
  *
- * Macros generate a function for each combination, so that no choice is left at run time. Operands are read before
- * results are written, because register d may be the same as n or m.
+ * Macros generate a function for each combination, so that nothing must be selected at run time. Operands are read
+ * before results are written, because register d may be the same as n or m.
  */
 #include "cpu/operations.h"
 
@@ -80,7 +80,7 @@ INLINE uint32_t add_with_carry(Core *core, uint32_t x, uint32_t y, uint32_t carr
   uint32_t n = core->r[insn->n];             \
   (void)carry, (void)n
 
-/* Variants for IT blocks. They do not set flags. They contain no branches, because the host would predict
+/* Variants for IT blocks. These functions do not set flags, and contain no branches, because the host would predict
  * these branches badly. */
 #define DEFINE_PREDICATED(operand, name, result)              \
   OPERATION(name##_predicated_##operand) {                    \

@@ -6,7 +6,7 @@ OPERATION(movt) {
   NEXT;
 }
 
-/* -- bit fields: imm masks the width, shift is the lowest bit ----------------------------------------- */
+/* -- bit fields; imm: mask of the width; shift: lowest bit -------------------------------------------- */
 
 OPERATION(ubfx) {
   core->r[insn->d] = core->r[insn->n] >> insn->shift & insn->imm;

@@ -9,7 +9,7 @@
 
 OPERATION(b) { TAIL enter_block(core, TARGET, budget); }
 
-/* Even conditions (A7.3.1); odd conditions are their opposites. */
+/* Even conditions (A7.3.1); each odd condition is the inverse of the even one. */
 INLINE bool is_eq(const Core *core) { return core->z == 0; }
 INLINE bool is_cs(const Core *core) { return core->c; }
 INLINE bool is_mi(const Core *core) { return core->n >> 31; }

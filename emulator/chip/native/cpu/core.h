@@ -43,21 +43,21 @@ struct Insn {
 
 /* Set by the decoders for the block builder. */
 enum InsnFlag {
-  PREDICATED = 1,    /* executed if it_mask is set; field a inverts the mask */
+  PREDICATED = 1,    /* executed only if it_mask is set; field a inverts the mask */
   ENDS_BLOCK = 2,    /* may write PC or end the run */
   DIRECT_BRANCH = 4, /* the target is imm */
-  UNCONDITIONAL = 8, /* ignores the condition of its IT block */
+  UNCONDITIONAL = 8, /* executed in an IT block whatever its condition */
   IS_IT = 16,        /* imm: ITSTATE */
   READS_PC = 32,     /* has R15 as an operand, which is UNPREDICTABLE */
   WRITES_SP = 64,    /* writes SP or PC, whose lowest bits must be cleared (B1.4.1) */
   LITERAL = 128,     /* loads the word at address imm into d */
 };
 
-enum { NPRIV = 1, SPSEL = 2, FPCA = 4, FLOATING_CONTEXT = 12 }; /* CONTROL; bit 3 is as in the reference engine */
+enum { NPRIV = 1, SPSEL = 2, FPCA = 4, FLOATING_CONTEXT = 12 }; /* CONTROL; the reference engine sets bit 3, too */
 
 enum Shift { LSL, LSR, ASR, ROR, RRX }; /* SRType (A7.4.2) */
 
-/* The reason why a run ended; bare_core.py has the same values. */
+/* The reason why a run ended. bare_core.py has a copy of these values. */
 enum Stop {
   STOP_SLICE,      /* counter has reached limit */
   STOP_BREAKPOINT, /* pc is at the instruction */

@@ -19,11 +19,11 @@
 /* Time after n more instructions: origin_ps + ((count + n) * num + extra) / den, rounded down only at the
  * end. */
 typedef struct {
-  int64_t count; /* instructions since the origin, not counting the current run */
+  int64_t count; /* instructions since the origin, without those of the current run */
   int64_t origin_ps;
   int64_t num, den, extra;
   int64_t extra_per_cycle;
-  int64_t retired_before; /* instructions before the origin */
+  int64_t retired_before; /* number of instructions before the origin */
   int64_t cycles_num, cycles_den;
   int64_t limit; /* lower counts need only 64 bits */
   Divisor by_den;

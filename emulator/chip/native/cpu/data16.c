@@ -80,7 +80,7 @@ static void decode_registers(uint16_t first, Insn *insn) {
   }
 }
 
-/* Section A5.2.3. PC as an operand is a constant. */
+/* Section A5.2.3. If PC is an operand, its value is a constant. */
 static void decode_high(uint32_t address, uint16_t first, Insn *insn) {
   static const uint8_t alus[] = {ADD, CMP, MOV};
   enum Alu alu = alus[bits(first, 9, 8)];

@@ -8,7 +8,7 @@
 #include "fcu.h"
 #include "cpu/transfers.h"
 
-#define CAPACITY 65536 /* twice the need of a firmware of 100 KB */
+#define CAPACITY 65536 /* steps; twice as many as a firmware of 100 KB needs */
 #define MAX_BLOCK 64   /* instructions; a block may have four more, so that no IT block is split */
 #define MAX_STEPS 5    /* maximum number of steps of one instruction, including its two link steps */
 #define MAX_BLOCK_STEPS (MAX_STEPS * (MAX_BLOCK + 4) + 2)
@@ -277,7 +277,7 @@ const Insn *decode_cache_block(Core *core, const Memory *memory, uint32_t addres
 
 const Insn *decode_cache_prefix(Core *core, const Insn *block, unsigned count) {
   Insn *prefix = core->decode_cache->prefix;
-  /* the part from `rest` on is not copied; it has at least this number of instructions */
+  /* steps from `rest` on are not copied; they contain at least `most` instructions */
   unsigned most = block->remaining - count;
   const Insn *rest = block;
   for (const Insn *insn = block + 1; insn->remaining >= most; insn++) {

@@ -20,10 +20,10 @@ void decode_cache_destroy(Core *core);
 /* Return the block at the address, and build this block if it is missing. Resolve core->unresolved_link if
  * this link leads to the address. */
 const Insn *decode_cache_block(Core *core, const Memory *memory, uint32_t address);
-/* Return a copy of at most `count` instructions of a block. After them the copy exits to the main loop. Return
+/* Return a copy of at most `count` instructions of a block. At its end the copy returns to the main loop. Return
  * NULL if an IT block does not fit. */
 const Insn *decode_cache_prefix(Core *core, const Insn *block, unsigned count);
-/* Return a copy of one instruction; after the copy, execution exits to the main loop. The caller checks the
+/* Return a copy of one instruction; at its end the copy returns to the main loop. The caller checks the
  * condition of core->itstate. */
 const Insn *decode_cache_single(Core *core, const Memory *memory, uint32_t address);
 

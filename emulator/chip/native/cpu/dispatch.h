@@ -4,8 +4,8 @@
  * Instructions are counted when a block is entered: budget is the number of instructions that may begin after
  * this block. Inside a chain itstate is 0, and counter and r[15] are outdated until sync_state() updates them.
  * core->chain_end is counter + budget; insn->remaining instructions were counted in advance. run_loop.c divides
- * a block that exceeds the budget. The budget is at most MAX_CHAIN, because a compiler may keep the calls;
- * calls use stack.
+ * a block that exceeds the budget. The budget is at most MAX_CHAIN, because a compiler may keep the calls,
+ * and calls use stack.
  */
 #ifndef FCU_DISPATCH_H
 #define FCU_DISPATCH_H

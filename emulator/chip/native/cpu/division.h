@@ -1,5 +1,5 @@
-/* Division by a number that rarely changes. It avoids the slow division instruction, because times are computed at
- * every access.
+/* Division by a number that rarely changes. This method avoids the slow division instruction, because times are
+ * computed at every access.
  *
  * The reciprocal is (2^64 - 1) / by, rounded down. If a dividend below 2^63 is multiplied by the reciprocal,
  * the resulting quotient is at most 1 too small. One correction makes the quotient exact (Warren, Hacker's

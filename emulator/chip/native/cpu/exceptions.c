@@ -5,10 +5,10 @@
  * HardFault if it may not preempt, or if its handler is not enabled (B1.5.14). A HardFault inside HardFault or NMI
  * locks the core up (B1.5.15).
  *
- * Frames have eight words, or 26 with floating point (CONTROL.FPCA). They are aligned to eight bytes if
+ * Frames have eight words, or 26 with floating point (CONTROL.FPCA). Frames are aligned to eight bytes if
  * CCR.STKALIGN is set or if they have floating point. Bit 9 of the saved xPSR marks padding (B1.5.6 to B1.5.8).
- * Decision: exception entry saves S0 to S15 and FPSCR immediately. A handler cannot detect
- * the difference from lazy stacking (FPCCR.LSPEN) if it restores all registers that it changes.
+ * Decision: exception entry saves S0 to S15 and FPSCR immediately. A handler cannot detect the difference from
+ * lazy stacking (FPCCR.LSPEN) if it restores all registers that it changes.
  *
  * NOT MODELLED: an entry does not clear the exclusive monitor (A3.4); stores are never buffered, so all bus faults
  * are precise.

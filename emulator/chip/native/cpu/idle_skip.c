@@ -45,7 +45,7 @@ static bool state_recurs(const Chip *chip, const uint8_t *state, int64_t accesse
          !memcmp(state, chip->core.r, CORE_STATE_SIZE);
 }
 
-/* Execute an iteration; skip its repetitions if it changes nothing. */
+/* Execute an iteration. If this iteration changes nothing, skip its repetitions. */
 static void execute_iteration(Chip *chip, unsigned slot) {
   IdleSkip *idle_skip = &chip->idle_skip;
   uint8_t state[CORE_STATE_SIZE];

@@ -37,7 +37,7 @@ void poll_skip_log_store(Chip *chip, uint32_t address, uint32_t old) {
   poll_skip->logged++;
 }
 
-/* RAM is unchanged if each logged word has again the value of its first entry in the log. */
+/* RAM is unchanged if each logged word has the value of its first entry in the log again. */
 static bool ram_unchanged_since(const Chip *chip, uint32_t since) {
   const PollSkip *poll_skip = &chip->poll_skip;
   if (poll_skip->logged > POLL_SKIP_LOGGED) {

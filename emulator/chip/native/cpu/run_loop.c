@@ -53,8 +53,8 @@ static bool was_not_executed(enum Stop stop) {
   return stop > STOP_EXCEPTION_RETURN || stop == STOP_BREAKPOINT || stop == STOP_BKPT;
 }
 
-/* ConditionPassed() (A7.3.1). In masks, bit n tells whether the condition holds if the flags NZCV have the
- * value n. */
+/* ConditionPassed() (A7.3.1). Bit n of a mask is 1 if the condition holds for the value n of the flags
+ * NZCV. */
 static bool condition_passed(const Core *core, unsigned condition) {
   static const uint16_t masks[16] = {0xF0F0, 0x0F0F, 0xCCCC, 0x3333, 0xFF00, 0x00FF, 0xAAAA, 0x5555,
                                      0x0C0C, 0xF3F3, 0xAA55, 0x55AA, 0x0A05, 0xF5FA, 0xFFFF, 0xFFFF};

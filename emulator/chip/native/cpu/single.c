@@ -72,7 +72,7 @@ void make_literal(Insn *insn, const uint8_t *bytes) {
   insn->run = ldr_bytes;
 }
 
-/* -- LDR to PC: writes the base first ----------------------------------------------------------------- */
+/* -- LDR to PC: the base is written first ----------------------------------------------------------------- */
 
 #define DEFINE_LOAD_OF_PC(form, to, afterwards)          \
   SLOW_OPERATION(ldr_pc_##form##_slow) {                 \

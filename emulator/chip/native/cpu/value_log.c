@@ -39,7 +39,7 @@ static void add(ValueLog *log, uint32_t address, const uint32_t *registers, uint
   values[log->count++] = (LoggedValue){address, number, registers[number], pair_of(registers, number)};
 }
 
-/* Return the level of an exception. The exceptions of higher levels have returned. */
+/* Return the level of an exception. If an exception has a higher level, it has already returned. */
 static ValueLogLevel *level_of(ValueLog *log, uint32_t exception) {
   for (uint32_t level = log->level + 1; level-- > 0;) {
     if (log->levels[level].exception == exception) {
@@ -53,7 +53,7 @@ static ValueLogLevel *level_of(ValueLog *log, uint32_t exception) {
   return entered;
 }
 
-/* Give the level's registers, beginning with number `first`, the current values. Log the changed registers. */
+/* Update the level's copies of the registers, from number `first` on. Log the registers that have changed. */
 static void update(ValueLog *log, ValueLogLevel *level, uint32_t first, const uint32_t *current,
                    uint32_t count) {
   uint32_t *registers = level->registers + first;

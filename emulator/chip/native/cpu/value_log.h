@@ -1,8 +1,9 @@
 /* ValueLog: the values that watched instructions compute.
  *
  * Before a watched instruction runs, the changed registers are logged with the address of the previous
- * watched instruction. Therefore the result of a call is logged at the call. Each exception has its own
- * level, so that the result of a call is not logged in an exception that interrupts the call.
+ * watched instruction. Therefore the result of a call is logged with the address of the call. Each
+ * exception has its own level, so that the result of a call is not logged in an exception that
+ * interrupts the call.
  */
 #ifndef FCU_VALUE_LOG_H
 #define FCU_VALUE_LOG_H

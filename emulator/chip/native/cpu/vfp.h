@@ -1,6 +1,6 @@
 /* FPv4-SP: single precision (ARMv7-M ARM A2.5).
  *
- * Values are bits in core->s[]. The host's arithmetic is used if its result is certainly exact (vfp_data.c).
+ * Values are bits in core->s[]. The host's arithmetic is used if its result is certain to be the chip's (vfp_data.c).
  * Otherwise integer arithmetic is used (vfp_exact.c). The host must round to nearest, and the compiler must
  * not fuse operations (-ffp-contract=off).
  */

@@ -88,7 +88,7 @@ static uint32_t from_integer(Core *core, int64_t value) {
 
 RESULT(vcvt_f32_s32, from_integer(core, (int32_t)M))
 RESULT(vcvt_f32_u32, from_integer(core, M))
-/* These round to nearest, regardless of FPSCR (A7.7). */
+/* These instructions round to nearest, regardless of FPSCR (A7.7). */
 RESULT(fixed_f32_s32, from_fixed(core, (int32_t)D, insn->shift, TO_NEAREST))
 RESULT(fixed_f32_u32, from_fixed(core, D, insn->shift, TO_NEAREST))
 RESULT(fixed_f32_s16, from_fixed(core, (int16_t)D, insn->shift, TO_NEAREST))
@@ -134,7 +134,7 @@ RESULT(vcvtb_f16_f32, with_half(D, to_half(core, M), false))
 RESULT(vcvtt_f16_f32, with_half(D, to_half(core, M), true))
 
 static bool decode_fixed(uint16_t first, uint16_t second, Insn *insn) {
-  static const Operation FIXED[] = { /* index bits: to fixed point, unsigned, 32 bits */
+  static const Operation FIXED[] = { /* bits of the index: to fixed point, unsigned, 32 bits */
       fixed_f32_s16, fixed_f32_s32, fixed_f32_u16, fixed_f32_u32,
       fixed_s16_f32, fixed_s32_f32, fixed_u16_f32, fixed_u32_f32};
   bool is_word = second & 0x80;

@@ -9,8 +9,8 @@
 #define RESULT(name, result) COMPUTATION(name, use_floating_point(core), D = result)
 
 /* The host's result is used if three conditions hold: FPSCR selects rounding to nearest, FZ is 0, and IXC
- * is already set. IXC is the only flag that ordinary operands raise. A finite result of 2^-100 or more is
- * not tiny. */
+ * is already set. IXC is the only flag that ordinary operands raise. A finite result of at least 2^-100
+ * does not underflow. */
 
 static inline bool host_is_exact(const Core *core) {
   return LIKELY((core->fpscr & (FPSCR_RMODE | FPSCR_FZ | FPSCR_IXC)) == FPSCR_IXC);
@@ -40,8 +40,8 @@ static inline uint32_t square_root(Core *core, uint32_t value) {
   return host_is_exact(core) && is_ordinary(result) ? result : exact_square_root(core, value);
 }
 
-/* The product is exact as a double. The sum is rounded twice. This is wrong only if the double is half-way
- * between two floats. */
+/* The product is exact as a double. The sum is rounded twice. The result is wrong only if the double is
+ * half-way between two floats. */
 static inline uint32_t multiply_add(Core *core, uint32_t addend, uint32_t left, uint32_t right) {
   double product = (double)to_float(left) * to_float(right), sum = product + to_float(addend);
   uint64_t sum_bits;

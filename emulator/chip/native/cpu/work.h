@@ -1,11 +1,11 @@
 /* Work: the cost of a run, which depends on the firmware only, not on the machine.
  *
- * One unit is the time of one executed instruction: 2 to 3 ns on a computer of 2020. Skipped loops cost
- * nothing. The weights below are added for slow operations (measured by tests/campaigns/heavy_bench.py);
- * library.py adds the weight of calls of Python.
+ * One unit is the time that the host needs for one instruction of the firmware: 2 to 3 ns on a computer
+ * of 2020. Skipped loops cost nothing. The weights below are added for slow operations (measured by
+ * tests/campaigns/heavy_bench.py); library.py adds the weight of calls of Python.
  *
- * Decision: only slow operations are counted. Instructions need no counter, because a run knows the number of
- * its instructions. A limit on processor time would make verdicts depend on the machine.
+ * Decision: only slow operations are counted. Instructions need no further counter, because each run counts
+ * them already. If a limit on processor time were used instead, verdicts would depend on the machine.
  */
 #ifndef FCU_WORK_H
 #define FCU_WORK_H
@@ -23,7 +23,7 @@ enum {
   WORK_TIMER = 8,         /* write to a timer */
   WORK_PIN = 8,           /* configuration of a pin */
   WORK_EDGE = 10,         /* edge of an output */
-  WORK_EDGE_TRACED = 500, /* edge that is built when the trace is read */
+  WORK_EDGE_TRACED = 500, /* recorded edge, converted when the trace is read */
   WORK_RESET = 20000,
 };
 

@@ -1,5 +1,5 @@
-/* CRC-32 without reflection or final inversion (RM0368 section 4). A word takes no time here; on the chip
- * it takes four cycles. */
+/* CRC-32 without reflection or final inversion (RM0368 section 4). In this model a word takes no time; on
+ * the chip it takes four cycles. */
 #include "peripherals/crc.h"
 
 #include "chip.h"

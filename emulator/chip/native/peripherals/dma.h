@@ -10,10 +10,10 @@
 typedef struct {
   uint32_t control, items, peripheral, memory[2], fifo_control; /* CR, NDTR, PAR, M0AR, M1AR, FCR */
   uint32_t flags; /* bits of LISR or HISR */
-  /* length: initial NDTR. It is loaded into NDTR again in a circular transfer, and when firmware enables a
-   * completed stream. moved: items moved so far. size and steps are in bytes. */
+  /* length: initial NDTR. This length is loaded into NDTR again in a circular transfer, and when firmware
+   * enables a completed stream. moved: items moved so far. size and steps are in bytes. */
   uint32_t length, moved, size, peripheral_step, memory_step;
-  int64_t copy_ps;   /* end of a memory-to-memory transfer */
+  int64_t copy_ps;   /* time at which a memory-to-memory transfer ends */
   enum Request line; /* the line that the stream serves */
 } DmaStream;
 

@@ -1,7 +1,7 @@
 /* EXTI (RM0368 section 10.2; interrupts: table 38), and SYSCFG, which selects EXTI's pins (section 7).
  *
  * Lines 0 to 15: pins; 16 PVD, 17 RTC alarm, 18 USB wake-up, 21 RTC tamper and time stamp, 22 RTC wake-up. An edge
- * sets the pending bit regardless of IMR (figure 29); SWIER requires IMR, as the manual's text says.
+ * sets the pending bit even if IMR is 0 (figure 29); SWIER sets it only if IMR is 1, as the manual's text says.
  *
  * NOT MODELLED
  * - Event mode (EMR): stored, and a note.

@@ -1,13 +1,13 @@
 /* GPIO ports A to E and H (RM0368 section 8), and the level of each pin.
  *
  * Strong drivers are the output stage and the devices outside (combined by emulator/buses/gpio.py). If one of
- * them drives low, the pin is low. Without a strong driver the pull resistor decides; the level of a floating
- * pin is 0.
+ * them drives low, the pin is low. Without a strong driver, the pull resistor determines the level; the level
+ * of a floating pin is 0.
  *
  * Reset: PA13 to PA15, PB3 and PB4 belong to the debug port (AF0), so MODER of port A is 0xA800 0000; some
  * revisions of RM0368 print 0x0C00 0000, which contradicts 8.3.1. Analog pins read as 0 (8.3.12).
  *
- * In the trace, an open-drain output at 1 has the level 1. A pin has this level, too, when it stops being an output.
+ * The trace shows level 1 for an open-drain output at 1, and for a pin that is no longer an output.
  *
  * NOT MODELLED
  * - Levels in alternate-function mode: the pin is released.

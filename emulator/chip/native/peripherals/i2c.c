@@ -2,12 +2,12 @@
  *
  * A message is a sequence of operations: start, address, bytes, stop (18.3.3, figures 163, 164). After each operation
  * STOP, START and DR select the next operation; without a request the peripheral holds SCL low. The end of an
- * operation is a scheduled event while an interrupt or DMA waits for it, otherwise a deferred event.
+ * operation is a scheduled event if an interrupt or DMA waits for it, otherwise a deferred event.
  *
- * The receiver has two stages, DR and shift register; when both are full (BTF), SCL stays low until DR is read. ACK is
- * evaluated at the end of a byte; if POS is set, the first byte uses the value that ACK had when the address
- * was sent. HAL reads two bytes this way. In this model SCL stays low after a byte without acknowledge, so
- * that a late STOP loses no byte. On the chip this is certain only while DR is full.
+ * The receiver has two stages, DR and shift register; when both are full (BTF), SCL stays low until DR is read. The
+ * ACK bit is used at the end of a byte; if POS is set, the first byte uses the value that this bit had when the
+ * address was sent. HAL reads two bytes this way. In this model SCL stays low after a byte without acknowledge, so
+ * that a late STOP loses no byte. On the chip SCL is certain to stay low only while DR is full.
  *
  * TXE is set with ADDR after a transmitter's address (EV6 and EV8_1 of figure 163). A START clears TXE and BTF. STOP
  * and START wait for the shift register; a byte in DR is lost. A note reports a STOP or START that is requested while
@@ -69,7 +69,7 @@ static int64_t now_ps(const I2c *i2c) { return i2c->peripheral.chip->now_ps; }
 
 static int number_of(const I2c *i2c) { return (int)(i2c - i2c->peripheral.chip->i2c); }
 
-/* An I2C reaches no device if its pins are not switched to it. */
+/* If the pins of an I2C are not switched to it, it reaches no device. */
 static bool is_connected(I2c *i2c) {
   char missing[64];
   bool connected = pins_connected(i2c->peripheral.chip, i2c->pins, missing, sizeof missing);
@@ -244,7 +244,7 @@ static void sent(I2c *i2c) {
   }
 }
 
-/* Return whether the byte is acknowledged. ACK, POS and, if DMA is used, LAST determine this. */
+/* Return whether ACK, POS and, if DMA is used, LAST make the I2C acknowledge the byte. */
 static bool acknowledges(I2c *i2c) {
   bool now = i2c->cr1 & CR1_ACK;
   bool acknowledged = i2c->cr1 & CR1_POS ? i2c->acknowledge : now;
@@ -340,7 +340,7 @@ static void set_rate(I2c *i2c) {
   }
 }
 
-/* Add notes about forbidden settings; SCL runs nevertheless. */
+/* Add notes about forbidden settings. SCL runs even with such settings. */
 static void check_settings(I2c *i2c) {
   Peripheral *peripheral = &i2c->peripheral;
   int64_t pclk_hz = peripheral->chip->clocks.nominal_pclk1_hz, counts = clocks_per_bit(i2c->ccr);

@@ -12,12 +12,12 @@
 /* A message from start to stop. Python reads this struct. */
 typedef struct {
   int64_t open;
-  /* Python handles the message, and has received all of the message except the bytes below, which C has
-     read from registers */
+  /* Python handles the message. Only the bytes below, which C has read from registers, are still
+     unknown to Python. */
   int64_t live;
   int64_t start_ps, end_ps;
   int64_t address, reading, target;
-  /* number of written bytes (0, 1, or 2 for two or more), and the first of them */
+  /* number of written bytes (0, 1, or 2 for two or more), and the first written byte */
   int64_t written, subaddress;
   int64_t count;               /* number of bytes that Python has not received */
   uint8_t bytes[I2C_BYTES];
@@ -57,7 +57,7 @@ typedef struct {
   uint8_t nack_next;   /* LAST: the next byte ends the DMA transfer, so it is not acknowledged */
   uint8_t dr_full;     /* a byte in DR waits for the shift register */
   uint8_t shift_full;  /* the latest byte arrived while DR was full */
-  uint8_t acknowledge; /* value of ACK when the previous byte ended; if POS is set, used for the present byte */
+  uint8_t acknowledge; /* value of ACK at the end of the previous byte; applies to the present byte if POS is set */
   uint8_t shift;
   uint8_t reads_registers; /* bytes come from sensor_registers.h if possible */
   uint32_t last_sr1;

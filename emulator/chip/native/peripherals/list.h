@@ -1,6 +1,6 @@
 /* Peripherals in C: X(type, member of struct Chip, create function).
  *
- * Their order determines the indices and the order of simultaneous events. Add new peripherals at the end,
+ * The order of this list determines the indices and the order of simultaneous events. Add new peripherals at the end,
  * and include their header.
  */
 #ifndef FCU_LIST_H

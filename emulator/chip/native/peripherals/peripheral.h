@@ -1,8 +1,8 @@
 /* The interface of a peripheral: memory map, clock, events, interrupt and DMA lines, notes about firmware.
  *
- * A peripheral is a struct whose first member is a Peripheral; struct Chip contains it. Its file has a comment, a
- * PeripheralType, and X_create(). The comment cites the manual and lists functions that are NOT MODELLED. All state
- * is plain data in the struct, because a snapshot is a copy of the chip.
+ * A peripheral is a struct whose first member is a Peripheral; struct Chip contains it. The file of a peripheral
+ * has a comment, a PeripheralType, and X_create(). The comment cites the manual and lists functions that are NOT
+ * MODELLED. All state is plain data in the struct, because a snapshot is a copy of the chip.
  *
  * chip->now_ps is the exact time of the current access or event. State is either computed when it is read, or
  * changed by an event. A scheduled event ends the run of instructions; schedule the event if it may change an
@@ -24,10 +24,10 @@
 #define PS_PER_S INT64_C(1000000000000)
 #define WORD 0xFFFFFFFFu
 
-/* The mask of an access of `size` bytes at bit 0. */
+/* Return the mask of the lowest `size` bytes. */
 static inline uint32_t size_mask(unsigned size) { return size == 4 ? WORD : (1u << 8 * size) - 1; }
 
-/* Write the bits of mask that the register stores. */
+/* Write the bits that are set in mask and that the register stores. */
 static inline void write_bits(uint32_t *word, uint32_t value, uint32_t mask, uint32_t stored) {
   mask &= stored;
   *word = (*word & ~mask) | (value & mask);
@@ -49,7 +49,7 @@ typedef struct {
   uint32_t (*read)(Peripheral *peripheral, uint32_t offset, int64_t *until_ps);
   /* Read the word without side effects. */
   uint32_t (*peek)(const Peripheral *peripheral, uint32_t offset);
-  /* Write the bits that are set in mask. For the store of a byte or a half-word, mask has only its bits. The other
+  /* Write the bits that are set in mask: all bits for a word, or those of the stored byte or half-word. The other
    * bits of value are 0. */
   void (*write)(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask);
   /* Restore the state after reset: system reset, or RCC_xxxRSTR. */
@@ -70,10 +70,10 @@ struct Peripheral {
   uint32_t base, size;
   int32_t index;
   uint32_t noted;  /* reported notes: bit n is the note with id n */
-  uint8_t clocked; /* set by RCC; without clock a peripheral reads as 0 and ignores writes */
+  uint8_t clocked; /* set by RCC; without a clock, a peripheral reads as 0 and ignores writes */
   uint32_t reads_since_write;
   uint8_t memory_like;      /* reads have no side effect; only events and writes change registers */
-  uint32_t implemented[32]; /* bit = offset / 4, first 4 KB */
+  uint32_t implemented[32]; /* bit n: a register exists at offset 4 * n, in the first 4 KB */
 };
 
 /* offsets: the offsets of its registers; -1 ends the list. */

@@ -122,7 +122,7 @@ static void write_icsr(Nvic *nvic, uint32_t value) {
   }
 }
 
-/* The key is required (B3.2.6). */
+/* A write without the key has no effect (B3.2.6). */
 static void write_aircr(Scb *scb, uint32_t value) {
   Chip *chip = scb->peripheral.chip;
   if (FIELD(value, AIRCR_VECTKEY) != AIRCR_KEY) {
@@ -177,7 +177,7 @@ static void apply(Scb *scb) {
   dwt_enable(&chip->dwt, (scb->demcr & DEMCR_TRCENA) != 0);
 }
 
-/* value is masked already. */
+/* The caller has cleared all bits of value outside of the mask. */
 static void write_register(Scb *scb, uint32_t offset, uint32_t value, uint32_t mask) {
   static const uint32_t writable_shpr[3] = {
     SHPR1_STORED & PRIORITY_BITS, SHPR2_STORED & PRIORITY_BITS, SHPR3_STORED & PRIORITY_BITS};

@@ -67,7 +67,7 @@ static void take(Bank *bank, Train *train, int64_t count) {
   }
 }
 
-/* Take the samples that are due. Return false if the output must be read live. */
+/* Advance the train to the present sample. Return false if the output must be read live. */
 static bool take_due(Chip *chip, const Target *target, Bank *bank, int number) {
   Train *train = train_of(bank, number);
   if (train->version == *target->version && train->is_live) {

@@ -16,14 +16,14 @@
 #define OUTPUTS 3
 #define OUTPUT_WIDTH 6
 #define TRAIN_AHEAD 256
-#define POSITION_SYNCED ((int64_t)-1) /* only Python knows the sub-address */
+#define POSITION_SYNCED ((int64_t)-1) /* position: only Python knows the sub-address */
 
 enum RegisterAccess { ACCESS_LIVE, ACCESS_MEMORY, ACCESS_STATUS, ACCESS_OUTPUT };
 
 typedef struct {
   uint64_t version;    /* the sensor's version when Python filled the train */
   int64_t at, count;   /* indices of the current sample and the final sample */
-  int64_t taken;       /* samples taken by C and not yet reported to Python */
+  int64_t taken;       /* number of samples that C has passed without a report to Python */
   int64_t times[TRAIN_AHEAD + 1]; /* [n]: time when sample n + 1 replaces sample n */
   uint64_t holds[OUTPUT_WIDTH], releases[OUTPUT_WIDTH];
   uint8_t samples[(TRAIN_AHEAD + 1) * OUTPUT_WIDTH];
@@ -44,7 +44,7 @@ typedef struct {
 typedef struct {
   /* Return the address of the sensor's bank; 0: Python handles reads. BANK_REFUSED: the sensor does not answer. */
   int64_t (*bank)(int64_t now_ps, int32_t target);
-  /* Fill the train with the current sample and the next samples, or set is_live. */
+  /* Fill the train with the present sample and the following ones, or set is_live. */
   void (*fill)(int64_t now_ps, int32_t target, int32_t train);
 } TargetCalls;
 

@@ -6,10 +6,10 @@
 
 #define SPIS 3
 #define SPI_SENSORS 4
-#define SPI_RECEIVED 256 /* C handles answers of at most this length, Python all others */
+#define SPI_RECEIVED 256 /* C handles answers up to this length, Python handles longer ones */
 #define SPI_RECENT 8
 
-#define SPI_READ 0x80u     /* bit of the first byte: set if the host reads */
+#define SPI_READ 0x80u     /* bit of a message's first byte; 1 if the host reads */
 #define SPI_UNDRIVEN 0xFFu /* value read if no device drives the line */
 #define SPI_NOTHING (-1)
 

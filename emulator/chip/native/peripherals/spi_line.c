@@ -63,8 +63,8 @@ static uint8_t read_sensor(Spi *spi, SpiSensor *sensor) {
   return (uint8_t)spi->line.calls.receive(spi->peripheral.chip->now_ps, sensor->message.sensor, spi->line.wires);
 }
 
-/* Sensors do not conflict if they are selected while the clock is stopped, for example while firmware sets
- * its pins up. */
+/* Several selected sensors do not conflict while the clock is stopped, for example while firmware sets its
+ * pins up. */
 static void check_conflict(Spi *spi) {
   char names[32] = "";
   if (spi->line.selected_count < 2 || spi->line.conflict_noted) {

@@ -16,7 +16,7 @@ typedef struct {
 } SysTick;
 
 /* The registers are in the system control space. */
-void systick_create(Chip *chip); /* uses the SCB's events */
+void systick_create(Chip *chip); /* SysTick uses the events of the SCB */
 void systick_reset(SysTick *tick);
 uint32_t systick_read(SysTick *tick, uint32_t offset, int64_t *until_ps);
 uint32_t systick_peek(const SysTick *tick, uint32_t offset);

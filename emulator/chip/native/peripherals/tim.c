@@ -1,10 +1,10 @@
 /* TIM1 to TIM5 and TIM9 to TIM11 (RM0368 sections 12 to 14, tables 1, 38; pins: STM32F401xB/C datasheet).
  *
  * State is computed when it is read. An event exists only while an enabled interrupt or DMA request waits for its
- * flag, so that PWM costs nothing. Missed updates are counted when the flag is cleared.
+ * flag. Therefore PWM alone needs no events. Missed updates are counted when the flag is cleared.
  *
  * Times are counted in ticks of the timer's clock since origin_ps, so that they do not drift. The origin is moved so
- * that the ticks fit into 64 bits. tim_catch_up() needs few steps. The first step goes to the next update, which
+ * that the ticks fit into 64 bits. tim_catch_up() needs few steps: the first step ends at the next update, which
  * loads the preloaded registers; then one step skips all whole cycles.
  *
  * Inputs are in tim_inputs.c, outputs in tim_outputs.c.
@@ -26,7 +26,7 @@ _Static_assert(sizeof TIM_RESETS[0] == sizeof((Tim *)0)->registers, "the registe
 #define ALL_FLAGS 0xFFu
 #define CC_DMA (DIER_CC1DE | DIER_CC2DE | DIER_CC3DE | DIER_CC4DE)
 #define ECE_SMS (SMCR_ECE | SMCR_SMS)
-/* A handler is late if it takes longer than this to clear the flag. Exception entry and HAL's check of flags
+/* A handler is late if the flag is still set after this time. Exception entry and HAL's check of flags
  * take about a hundred instructions. */
 #define LATE_AFTER_PS INT64_C(10000000)
 
@@ -391,8 +391,8 @@ static uint32_t value_of(const Tim *tim, uint32_t offset) {
 
 Tim tim_at_present(const Tim *tim) {
   Tim now = *tim;
-  /* Without DIER the copy causes no DMA request and no tick. Nothing is missed: an enabled flag has an event,
-     and no event is due. */
+  /* In the copy DIER is 0, so that it causes no DMA request and no tick. None is lost: each enabled flag has
+     an event, and no event is due. */
   REGISTER(&now, DIER) = 0;
   tim_catch_up(&now);
   REGISTER(&now, DIER) = REGISTER(tim, DIER);
@@ -412,7 +412,7 @@ static void read_capture(Tim *tim, int channel) {
   }
 }
 
-/* CNT and DIR change continuously. Reads of captures have side effects. */
+/* CNT and DIR change continuously. Reads of capture registers have side effects. */
 static bool tim_is_pure(const Peripheral *peripheral, uint32_t offset) {
   const Tim *tim = (const Tim *)peripheral;
   return offset != CNT && !is_ccr(offset) && !(offset == CR1 && tim->mode == TIM_CENTRE);
@@ -572,7 +572,7 @@ static void tim_clocks_changed(Peripheral *peripheral) {
   }
 }
 
-/* The counts of ticks are kept. */
+/* A reset keeps the counts of ticks. */
 static void tim_reset(Peripheral *peripheral) {
   Tim *tim = (Tim *)peripheral;
   memcpy(tim->registers, TIM_RESETS[tim->variant - VARIANTS], sizeof tim->registers);
@@ -602,8 +602,8 @@ static const PeripheralType TIM = {
   .is_pure = tim_is_pure,
 };
 
-/* All timers get the registers of TIM1, because HAL writes to registers that smaller timers lack; missing
- * bits read as 0. */
+/* All timers have the registers of TIM1, because HAL also writes to registers that smaller timers lack.
+ * Bits that do not exist read as 0. */
 void timers_create(Chip *chip) {
   for (int n = 0; n < TIMERS; n++) {
     Tim *tim = &chip->timers.timers[n];

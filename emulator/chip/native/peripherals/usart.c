@@ -73,7 +73,7 @@ static void flush(Usart *usart, bool detailed) {
   }
 }
 
-/* A gap, another frame duration, or a change of `connected` begins a new run. */
+/* A gap, another frame duration, or a change of `connected` begins a new run of frames. */
 static void open_run(Usart *usart, bool connected) {
   UsartRun *run = &usart->run;
   int64_t now_ps = now_of(usart);
@@ -351,7 +351,7 @@ static void usart_write(Peripheral *peripheral, uint32_t offset, uint32_t value,
 
 static void usart_clocks_changed(Peripheral *peripheral) { set_frame((Usart *)peripheral); }
 
-/* The frames that are already on the wire are finished. */
+/* Frames that have begun are finished. */
 static void usart_reset(Peripheral *peripheral) {
   Usart *usart = (Usart *)peripheral;
   memset(usart->registers, 0, sizeof usart->registers);
@@ -415,7 +415,7 @@ int32_t fcu_usart_receive(Chip *chip, int32_t index, int32_t value) {
   if ((REGISTER(usart, CR1) & RECEIVING) != RECEIVING) {
     return 1;
   }
-  if (lost) { /* DR keeps the previous byte (19.3.3) */
+  if (lost) { /* overrun: DR keeps the previous byte (19.3.3) */
     usart->overrun = true;
   } else {
     usart->rx_byte = (int16_t)(value & 0xFF);

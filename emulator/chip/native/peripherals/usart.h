@@ -27,7 +27,7 @@ typedef struct {
   UsartFrame frame;
 
   UsartRun run;
-  int64_t txe_ps, idle_ps; /* times when DR is empty, and when the line is idle */
+  int64_t txe_ps, idle_ps; /* times at which DR becomes empty and the line becomes idle */
   int64_t tc_ps;           /* time when TC is set */
   int16_t pending_byte;    /* byte that waits until TE and UE are set; -1: none */
   uint8_t sr_read;         /* SR was read after the latest write of DR: the next write of DR clears TC */
@@ -52,7 +52,7 @@ typedef struct {
   /* Frames of a gapless run, from number `first` on. detailed: the trace needs these frames. */
   void (*sent)(int64_t now_ps, int32_t peripheral, int64_t start_ps, int64_t num, int64_t den, int32_t connected,
                int64_t first, const uint8_t *bytes, int32_t length, int32_t detailed);
-  /* Firmware has overwritten in DR, with `value`, the latest byte that was passed to sent(). */
+  /* Firmware has written `value` to DR, and so overwritten the latest byte that was passed to sent(). */
   void (*replaced)(int64_t now_ps, int32_t peripheral, int32_t value);
 } UsartCalls;
 
