@@ -112,17 +112,19 @@ class ChipStatus(ctypes.Structure):
     skipped: int
     accesses: int
     thread_ps: int
+    switched_ps: int
     execution_priority: int
     lowest_msp: int
     locked_up: int
     locked_up_pc: int
     asleep: int
+    thread_frame: int
 
     _fields_ = (
-        *((name, _i64) for name in ("now_ps", "retired", "skipped", "accesses", "thread_ps")),
+        *((name, _i64) for name in ("now_ps", "retired", "skipped", "accesses", "thread_ps", "switched_ps")),
         *((name, ctypes.c_uint64 * 2) for name in ("pending", "enabled", "active")),
         ("execution_priority", _i64),
-        *((name, _u32) for name in ("lowest_msp", "locked_up", "locked_up_pc", "asleep")),
+        *((name, _u32) for name in ("lowest_msp", "locked_up", "locked_up_pc", "asleep", "thread_frame")),
     )
 
 
@@ -157,6 +159,8 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
     "fcu_end_run": (None, _pointer),
     "fcu_enter_exception": (_i32, _pointer, _i32, _u32),
     "fcu_is_pure": (_i32, _pointer, _i32, _u32),
+    "fcu_next_change": (_i64, _pointer, _i32),
+    "fcu_active_ps": (_i64, _pointer, _i32),
     "fcu_executed": (_i64, _pointer),
     "fcu_fault_address": (_u32, _pointer),
     "fcu_request_reset": (None, _pointer, _i32),

@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 from typing import Final, NamedTuple
 
 from fcu_emulator.emulator.chip.cpu.core_registers import MASKS, CoreRegisters
@@ -24,6 +25,8 @@ CYCLES_PER_INSTRUCTION: Final = Fraction(13, 10)
 RESETS_KEPT: Final = 10_000
 _REASONS: Final = ("", "SYSRESETREQ", "PIN", "IWDG", "WWDG", "power-on")
 """The reasons of enum ResetReason in run_loop.h, and the reasons that come from Python."""
+_THREAD_PRIORITY = 256
+_SPSEL = 1 << 1  # CONTROL: Thread mode uses the process stack
 _HALTED, _BY_WORK = 1, 3
 """Two values of enum Ended in run_loop.h."""
 _IGNORED_ACCESSES: Final = (
@@ -192,6 +195,16 @@ class Core(FcuChip):
         return self.status().thread_ps
 
     @property
+    def switched_ps(self) -> int:
+        """The time of the latest exception return to another thread than the interrupted one."""
+        return self.status().switched_ps
+
+    @property
+    def thread_frame(self) -> int:
+        """Address of the latest interrupted thread's frame on the process stack; 0: it used the main stack."""
+        return self.status().thread_frame
+
+    @property
     def lowest_stack(self) -> int:
         return self.status().lowest_msp
 
@@ -209,6 +222,12 @@ class Core(FcuChip):
     def handled(self) -> int:
         """The number of the current exception (IPSR); 0 in Thread mode."""
         return self.register(16) & 0x1FF
+
+    @property
+    def uses_process_stack(self) -> bool:
+        """Whether the core is in Thread mode and uses PSP (ARMv7-M ARM B1.4.1)."""
+        *_, control = self._masks.read()
+        return bool(control & _SPSEL) and not self.handled
 
     @property
     def pending(self) -> int:
@@ -235,6 +254,13 @@ class Core(FcuChip):
         library, handle = self.library, self.handle
         group: int = library.fcu_priority_group(handle, self.priority(exception))
         return bool(group < library.fcu_execution_priority(handle, *masks))
+
+    def preempts_thread(self, exception: int, masks: Masks) -> bool:
+        """Return whether an exception can preempt Thread mode (ARMv7-M ARM B1.5.4)."""
+        group = partial(self.library.fcu_priority_group, self.handle)
+        limit: int = group(masks.basepri) if masks.basepri else _THREAD_PRIORITY
+        limit = min(limit, 0) if masks.primask else limit
+        return bool(group(self.priority(exception)) < (-1 if masks.faultmask else limit))
 
     # -- for debuggers ----------------------------------------------------------------------------------
 
