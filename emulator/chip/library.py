@@ -60,6 +60,8 @@ def _number(text: str) -> NoteValue:
     return text
 
 
+DEEP_REFUSED, DEEP_WITH_CLOCKS, DEEP_STANDBY = -1, -2, -3
+"""enum DeepSleep of run_loop.h."""
 NOTE_KINDS: Final = ("forbidden", "not modelled", "refused")
 """In the order of enum NoteKind in peripheral.h."""
 PERIPHERAL_CLASSES: Final[dict[str, type[NativePeripheral]]] = {}
@@ -80,6 +82,8 @@ _HOST_CALLS: Final[tuple[tuple[str, Any], ...]] = (
     ("locked_up", ctypes.CFUNCTYPE(None, _i64, _u32)),
     ("reset", ctypes.CFUNCTYPE(None, _i64, _i32)),
     ("accessed", ctypes.CFUNCTYPE(None, _i64, _u32, _u32, _i32)),
+    ("deep_sleep", ctypes.CFUNCTYPE(_i64, _i64)),
+    ("stop_ended", ctypes.CFUNCTYPE(None, _i64)),
 )
 
 
@@ -279,6 +283,7 @@ class FcuChip:
         called = (
             *(self._advance, self._read, self._write, self._note, self._ignored_access),
             *(self._fault, self._locked_up, self._reset, self._accessed),
+            *(self._deep_sleep, self._stop_ended),
         )
         for n, (name, kind) in enumerate(_HOST_CALLS):
             setattr(table, name, self.callback(kind, called[n]))
@@ -508,6 +513,12 @@ class FcuChip:
         pass
 
     def _accessed(self, address: int, size: int, written: int) -> None:
+        pass
+
+    def _deep_sleep(self) -> int:
+        return DEEP_WITH_CLOCKS
+
+    def _stop_ended(self) -> None:
         pass
 
 

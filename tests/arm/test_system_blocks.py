@@ -53,11 +53,14 @@ def test_every_register_has_name_and_reset_value(blocks: SystemPeripherals) -> N
 
 
 def test_reset_restores_every_peripheral(blocks: SystemPeripherals) -> None:
-    """The RTC and the reset flags of RCC, which RMVF clears, are not restored."""
+    """The RTC, DBGMCU, and the reset flags of RCC, which RMVF clears, are not restored."""
     before = {block.name: dict(block.registers) for block in blocks}
     for block in blocks:
         for offset in block.NAMES:
-            if block.name not in {"WWDG", "IWDG", "RTC"} and (block.name, offset) != ("RCC", RCC_CSR):
+            if block.name not in {"WWDG", "IWDG", "RTC", "DBGMCU"} and (block.name, offset) != (
+                "RCC",
+                RCC_CSR,
+            ):
                 block.write(offset, 0x1111_1111)
     for block in blocks:
         block.reset()
@@ -244,14 +247,34 @@ def test_flash_erases_nothing_without_selection(
 # -- power, CRC, identity -----------------------------------------------------------------------------------
 
 
-def test_power_control_has_flags_and_notes_low_power(chip: Chip, blocks: SystemPeripherals) -> None:
-    """RM0368 5.4.1: CWUF and CSBF are read as 0, and VOSRDY is set. Low-power modes are noted."""
+def test_power_control_has_flags(blocks: SystemPeripherals) -> None:
+    """RM0368 5.4.1: CWUF and CSBF are read as 0, and VOSRDY is set."""
     blocks.pwr.write(0, 0x8100 | 0xC)
     assert blocks.pwr.read(0) == 0x8100
     assert blocks.pwr.read(4) == 1 << 14
     assert blocks.pwr.backup_writable
-    blocks.pwr.write(0, 2)
-    assert chip.notes()[0][0] == "not modelled"
+
+
+def test_system_reset_keeps_debug_configuration(blocks: SystemPeripherals) -> None:
+    """RM0368 23.16.1: only power-on resets DBGMCU_CR."""
+    blocks.dbgmcu.write(4, 7)
+    blocks.dbgmcu.reset()
+    assert blocks.dbgmcu.read(4) == 7
+
+
+def test_wake_up_pin_sets_flag_while_enabled(chip: Chip, blocks: SystemPeripherals) -> None:
+    """RM0368 5.4.2: WUF; a high level counts as an edge when EWUP is set. A system reset clears WUF."""
+    chip.gpio.drive("A", 0, 1)
+    assert not blocks.pwr.read(4) & 1
+    blocks.pwr.write(4, 1 << 8)
+    assert blocks.pwr.read(4) & 1
+    blocks.pwr.write(0, 1 << 2)
+    assert not blocks.pwr.read(4) & 1
+    chip.gpio.drive("A", 0, 0)
+    chip.gpio.drive("A", 0, 1)
+    assert blocks.pwr.read(4) & 1
+    blocks.pwr.reset()
+    assert blocks.pwr.read(4) == 1 << 14
 
 
 @given(st.lists(st.integers(0, 0xFFFF_FFFF), max_size=8))

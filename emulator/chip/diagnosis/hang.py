@@ -25,6 +25,7 @@ from fcu_emulator.emulator.chip.diagnosis.evidence import PeripheralNotes, Recen
 from fcu_emulator.emulator.chip.diagnosis.probe import Loop, Probe
 from fcu_emulator.emulator.chip.diagnosis.read_once import read_once
 from fcu_emulator.emulator.chip.diagnosis.report import Cause, Diagnosis, at, section
+from fcu_emulator.emulator.chip.low_power import LowPower
 from fcu_emulator.emulator.chip.peripherals.dma import is_any_stream_on
 from fcu_emulator.emulator.chip.peripherals.peripheral import Peripheral
 from fcu_emulator.emulator.chip.peripherals.spi import Spi
@@ -233,6 +234,7 @@ class Hang:
         bus: Cause | None = None,
     ) -> None:
         self._bus = bus
+        self._low_power = chip.low_power
         self._core = core = chip.core
         self._places = places
         self._transfers = transfers
@@ -265,10 +267,23 @@ class Hang:
     # -- the place of the loop --------------------------------------------------------------------------
 
     def _sleeping(self) -> Diagnosis | None:
+        low_power = self._low_power
+        if low_power.in_stop or low_power.in_standby:
+            return self._sleeping_deeply(low_power)
         if self._interrupts.tick_on or self._interrupts.from_peripherals(now=False):
             return None
         why = "WFI or WFE waits for an interrupt, but none is enabled."
         return self._report(self._pc, Cause("sleeps forever", [why, self._quiet()]))
+
+    def _sleeping_deeply(self, low_power: LowPower) -> Diagnosis | None:
+        if low_power.can_wake():
+            return None
+        if low_power.in_standby:
+            why = "Neither the WKUP pin nor an alarm or the wake-up timer of the RTC is on."
+            cause = Cause("Standby is never left, except by a reset", [why, self._quiet()])
+            return Diagnosis("stuck", cause.short, tuple(cause.sentences), fatal=False)
+        why = "No line of EXTI is on, and only EXTI wakes the chip from Stop: SysTick and the timers have no clock."
+        return self._report(self._pc, Cause("stays in Stop forever", [why, self._quiet()]))
 
     def _in_handler(self) -> Diagnosis | None:
         loop = Probe(self._core).loop()

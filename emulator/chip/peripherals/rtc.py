@@ -100,6 +100,8 @@ _BITS_THAT_ALLOW = {rtc.WUTR.addr: _WUTWF} | {
     offset: alarm.writable for alarm in _ALARMS for offset in (alarm.time, alarm.subseconds)
 }
 """By register: the bit of ISR that must be set before a write."""
+_INTERRUPT_OF = {_WUTF: _WUTIE} | {alarm.flag: alarm.interrupt for alarm in _ALARMS}
+"""By event flag: its interrupt enable bit in CR."""
 _EVENT_FLAGS = _WUTF | sum(alarm.flag for alarm in _ALARMS)
 _EVENT_BITS = _WUTE | _WUTIE | _WUCKSEL | sum(alarm.on | alarm.interrupt for alarm in _ALARMS)
 _CR_MODELLED = _EVENT_BITS | rtc.CR.BYPSHAD.mask | rtc.CR.BKP.mask  # BYPSHAD and BKP have no visible effect
@@ -358,9 +360,19 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
             self._raise(alarm.flag)
         self._compare_after(alarm, cycles)
 
+    def has_event(self) -> bool:
+        """Return whether an event flag is set, which prevents Stop and Standby (5.3.5, 5.3.6)."""
+        return bool(self.registers[ISR] & _EVENT_FLAGS)
+
+    def can_interrupt(self) -> bool:
+        """Return whether an event with an interrupt is scheduled."""
+        return any(self.registers[CR] & _INTERRUPT_OF[flag] for flag in self._events)
+
     def _raise(self, flag: int) -> None:
         self.registers[ISR] |= flag
         self._signal()
+        if self.registers[CR] & _INTERRUPT_OF[flag]:
+            self._pwr.wake_up()
 
     def _signal(self) -> None:
         isr, cr = self.registers[ISR], self.registers[CR]
