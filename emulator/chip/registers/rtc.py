@@ -12,7 +12,7 @@ INSTANCES = ("RTC",)
 class TR(Word, addr=0x00):
     """Time, BCD."""
 
-    PM = Bits(22, modelled=False, doc="afternoon")
+    PM = Bits(22, doc="afternoon")
     HT = Bits(21, 20, doc="hours, tens")
     HU = Bits(19, 16, doc="hours, units")
     MNT = Bits(14, 12, doc="minutes, tens")
@@ -41,8 +41,8 @@ class CR(Word, addr=0x08):
     POL = Bits(20, modelled=False, doc="output polarity")
     COSEL = Bits(19, modelled=False, doc="calibration output at 1 Hz")
     BKP = Bits(18, doc="a bit to remember summer time by")
-    SUB1H = Bits(17, access="w", modelled=False, doc="an hour back")
-    ADD1H = Bits(16, access="w", modelled=False, doc="an hour forward")
+    SUB1H = Bits(17, access="w", doc="an hour back")
+    ADD1H = Bits(16, access="w", doc="an hour forward")
     TSIE = Bits(15, modelled=False, doc="interrupt on time stamp")
     WUTIE = Bits(14, doc="interrupt on wake-up timer")
     ALRBIE = Bits(13, doc="interrupt on alarm B")
@@ -52,7 +52,7 @@ class CR(Word, addr=0x08):
     ALRBE = Bits(9, doc="alarm B on")
     ALRAE = Bits(8, doc="alarm A on")
     DCE = Bits(7, modelled=False, doc="coarse calibration on")
-    FMT = Bits(6, modelled=False, doc="12 hour format")
+    FMT = Bits(6, doc="12 hour format")
     BYPSHAD = Bits(5, doc="shadow registers are bypassed")
     REFCKON = Bits(4, modelled=False, doc="reference clock detection")
     TSEDGE = Bits(3, modelled=False, doc="edge of the time stamp")
@@ -62,7 +62,7 @@ class CR(Word, addr=0x08):
 class ISR(Word, addr=0x0C, access="rc_w0", reset=0x7):
     """Initialisation and status."""
 
-    RECALPF = Bits(16, access="r", modelled=False, doc="recalibration pending")
+    RECALPF = Bits(16, access="r", doc="recalibration pending")
     TAMP2F = Bits(14, modelled=False, doc="tamper 2")
     TAMP1F = Bits(13, modelled=False, doc="tamper 1")
     TSOVF = Bits(12, modelled=False, doc="time stamp overflow")
@@ -74,7 +74,7 @@ class ISR(Word, addr=0x0C, access="rc_w0", reset=0x7):
     INITF = Bits(6, access="r", doc="the calendar can be written")
     RSF = Bits(5, doc="the shadow registers are up to date")
     INITS = Bits(4, access="r", doc="the year is not 0")
-    SHPF = Bits(3, access="r", modelled=False, doc="shift pending")
+    SHPF = Bits(3, access="r", doc="shift pending")
     WUTWF = Bits(2, access="r", doc="the wake-up timer can be written")
     ALRBWF = Bits(1, access="r", doc="alarm B can be written")
     ALRAWF = Bits(0, access="r", doc="alarm A can be written")
@@ -108,7 +108,7 @@ class ALRMAR(Word, addr=0x1C):
     DT = Bits(29, 28, doc="day, tens")
     DU = Bits(27, 24, doc="day, units")
     MSK3 = Bits(23, doc="hours do not count")
-    PM = Bits(22, modelled=False, doc="afternoon")
+    PM = Bits(22, doc="afternoon")
     HT = Bits(21, 20, doc="hours, tens")
     HU = Bits(19, 16, doc="hours, units")
     MSK2 = Bits(15, doc="minutes do not count")
@@ -135,7 +135,7 @@ class SSR(Word, addr=0x28, access="r"):
     SS = Bits(15, 0, doc="the synchronous prescaler's counter")
 
 
-class SHIFTR(Word, addr=0x2C, access="w", modelled=False):
+class SHIFTR(Word, addr=0x2C, access="w"):
     """Shift control."""
 
     ADD1S = Bits(31, doc="a second forward")
@@ -170,7 +170,7 @@ class TSSSR(Word, addr=0x38, access="r", modelled=False):
     SS = Bits(15, 0, doc="subseconds")
 
 
-class CALR(Word, addr=0x3C, modelled=False):
+class CALR(Word, addr=0x3C):
     """Smooth calibration."""
 
     CALP = Bits(15, doc="more pulses")
