@@ -2,14 +2,13 @@
 
 INITF, RSF, WUTWF and ALRxWF are set immediately, and a shift or a calibration takes effect immediately; on
 the chip this takes two RTC clocks or more. An invalid date carries over into the next unit: 31 June is
-1 July. Notes report tamper, time stamp and coarse calibration as not modelled.
+1 July. A note reports coarse calibration as not modelled.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import UTC, datetime, timedelta
 
 from fcu_emulator.emulator.chip.peripherals.peripheral import NOT_CACHEABLE_PS, WORD, Peripheral, Soc
 from fcu_emulator.emulator.chip.peripherals.pwr import Pwr
@@ -20,72 +19,20 @@ from fcu_emulator.emulator.chip.peripherals.rtc_alarms import (
     wake_up_period,
     wake_up_unit,
 )
+from fcu_emulator.emulator.chip.peripherals.rtc_calendar import date_register, seconds_of, time_register
+from fcu_emulator.emulator.chip.peripherals.rtc_inputs import RtcInputs
 from fcu_emulator.emulator.chip.registers import DECLARED, rtc
 from fcu_emulator.emulator.chip.registers.declaration import masks, offsets
 from fcu_emulator.emulator.clock import NEVER_PS, PS_PER_S, Event
-
-# -- the calendar in BCD (17.6.1, 17.6.2) -------------------------------------------------------------------
-
-_CENTURY = datetime(2000, 1, 1, tzinfo=UTC)
-_DAYS_IN_CENTURY = 36525  # every fourth year is a leap year
-
-
-def bcd(value: int) -> int:
-    """Return two decimal digits as BCD."""
-    return value // 10 << 4 | value % 10
-
-
-def from_bcd(value: int) -> int:
-    """Return the decimal value of a BCD number."""
-    return (value >> 4) * 10 + (value & 0xF)
-
-
-def hour_of(time_register: int, *, twelve: bool) -> int:
-    """Return the hour of TR; ``twelve``: in 12 hour format, in which midnight is 12 am (17.6.1)."""
-    hour = from_bcd(time_register >> 16 & 0x3F)
-    if not twelve:
-        return hour
-    return hour % 12 + 12 * rtc.TR.PM.get(time_register)
-
-
-def seconds_of(time_register: int, date_register: int, *, twelve: bool = False) -> int:
-    """Return the seconds since the century began, from TR and DR."""
-    months = max(from_bcd(date_register >> 8 & 0x1F), 1) - 1
-    year = 2000 + from_bcd(date_register >> 16 & 0xFF) + months // 12
-    day = datetime(year, months % 12 + 1, 1, tzinfo=UTC)
-    day += timedelta(
-        days=max(from_bcd(date_register & 0x3F), 1) - 1,
-        hours=hour_of(time_register, twelve=twelve),
-        minutes=from_bcd(time_register >> 8 & 0x7F),
-        seconds=from_bcd(time_register & 0x7F),
-    )
-    return int((day - _CENTURY).total_seconds())
-
-
-def time_register(seconds: int, *, twelve: bool = False) -> int:
-    """Return TR in 24 hour format or in 12 hour format."""
-    minutes, second = divmod(seconds, 60)
-    hours, minute = divmod(minutes, 60)
-    hour = hours % 24
-    afternoon = twelve and hour >= 12
-    shown = (hour % 12 or 12) if twelve else hour
-    return rtc.TR.PM.put(0, int(afternoon)) | bcd(shown) << 16 | bcd(minute) << 8 | bcd(second)
-
-
-def date_register(seconds: int, weekday: int) -> int:
-    """Return DR; ``weekday`` 1 is Monday."""
-    day = _CENTURY + timedelta(days=seconds // 86400 % _DAYS_IN_CENTURY)
-    return bcd(day.year % 100) << 16 | weekday << 13 | bcd(day.month) << 8 | bcd(day.day)
-
-
-# -- the peripheral ----------------------------------------------------------------------------------------------
 
 TR, DR, CR, ISR, PRER, WPR, SSR = offsets(rtc.TR, rtc.DR, rtc.CR, rtc.ISR, rtc.PRER, rtc.WPR, rtc.SSR)
 
 _INITS, _RSF, _INITF, _INIT = masks(rtc.ISR.INITS, rtc.ISR.RSF, rtc.ISR.INITF, rtc.ISR.INIT)
 _WUTE, _WUTIE, _WUCKSEL = masks(rtc.CR.WUTE, rtc.CR.WUTIE, rtc.CR.WUCKSEL)
 _WUTF, _WUTWF = masks(rtc.ISR.WUTF, rtc.ISR.WUTWF)
-_ALARM_LINE, _WAKE_UP_LINE = 17, 22  # lines of EXTI (10.2.5)
+_TSF, _TSOVF, _TAMP1F = masks(rtc.ISR.TSF, rtc.ISR.TSOVF, rtc.ISR.TAMP1F)
+_TSIE, _TAMPIE = masks(rtc.CR.TSIE, rtc.TAFCR.TAMPIE)
+_ALARM_LINE, _STAMP_LINE, _WAKE_UP_LINE = 17, 21, 22  # lines of EXTI (10.2.5)
 
 
 @dataclass(frozen=True)
@@ -111,12 +58,13 @@ _BITS_THAT_ALLOW = {rtc.WUTR.addr: _WUTWF} | {
     offset: alarm.writable for alarm in _ALARMS for offset in (alarm.time, alarm.subseconds)
 }
 """By register: the bit of ISR that must be set before a write."""
-_INTERRUPT_OF = {_WUTF: _WUTIE} | {alarm.flag: alarm.interrupt for alarm in _ALARMS}
+_INTERRUPT_OF = {_WUTF: _WUTIE, _TSF: _TSIE} | {alarm.flag: alarm.interrupt for alarm in _ALARMS}
 """By event flag: its interrupt enable bit in CR."""
-_EVENT_FLAGS = _WUTF | sum(alarm.flag for alarm in _ALARMS)
+_EVENT_FLAGS = _WUTF | _TSF | _TSOVF | _TAMP1F | sum(alarm.flag for alarm in _ALARMS)
 _EVENT_BITS = _WUTE | _WUTIE | _WUCKSEL | sum(alarm.on | alarm.interrupt for alarm in _ALARMS)
 _BYPSHAD, _FMT, _ADD1H, _SUB1H = masks(rtc.CR.BYPSHAD, rtc.CR.FMT, rtc.CR.ADD1H, rtc.CR.SUB1H)
-_CR_MODELLED = _EVENT_BITS | _BYPSHAD | _FMT | rtc.CR.BKP.mask  # BKP has no effect
+_STAMP_BITS = _TSIE | rtc.CR.TSE.mask | rtc.CR.TSEDGE.mask
+_CR_MODELLED = _EVENT_BITS | _STAMP_BITS | _BYPSHAD | _FMT | rtc.CR.BKP.mask  # BKP has no effect
 _LOCKED_BY = {SSR: (TR, DR), TR: (DR,)}
 """By register: the shadow registers that a read locks until DR is read (17.3.6)."""
 _CALIBRATION_CYCLES = 1 << 20  # of the smooth calibration (17.3.11)
@@ -135,6 +83,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
         self._events: dict[int, Event] = {}
         """The next wake-up and the next alarms, by their flags in ISR."""
         self._set_line: Callable[[int, bool], None] = lambda _line, _level: None
+        self._inputs = RtcInputs(soc, self)
         self._power_on()
         rcc.on_change(self._clock_changed)
         rcc.on_backup_reset(self._power_on)
@@ -145,6 +94,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
 
     def _power_on(self) -> None:
         self.registers = dict(self.REGISTERS)
+        self._inputs.reset()
         self._cancel(*self._events)
         self._hz = self._rcc.rtc_hz()
         self._keys = 0  # number of correct keys of the unlock sequence so far
@@ -235,6 +185,11 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
             self._shift(value)
         elif offset == rtc.CALR.addr:
             self._calibrate(value, mask)
+        elif offset == rtc.TAFCR.addr:
+            before = self.registers[offset]
+            super().write(offset, value, mask)
+            self._inputs.tamper_written(before)
+            self._signal()
         else:
             super().write(offset, value, mask)
             self.note(
@@ -252,6 +207,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
     def _write_status(self, value: int, mask: int) -> None:
         """Clear flags, which needs no keys; enter or leave initialisation mode (17.3.5)."""
         self.registers[ISR] &= ~_EVENT_FLAGS | value | ~mask
+        self._inputs.flags_cleared()
         self._signal()
         wanted = bool(value & _INIT)
         if self._keys == len(_KEYS):
@@ -294,6 +250,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
             if changed & on:
                 self.registers[ISR] = self.registers[ISR] & ~writable | (0 if cr & on else writable)
                 self._plan(flag)
+        self._inputs.control_written()
         self._signal()
 
     def _named(self, offset: int) -> str:
@@ -437,7 +394,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
         self._events[_WUTF] = self.soc.clock.schedule(self._time_ps(cycles), lambda: self._wake_up(cycles))
 
     def _wake_up(self, cycles: int) -> None:
-        self._raise(_WUTF)
+        self.raise_flag(_WUTF)
         self._wake_up_at(cycles + self._wake_up_period())
 
     def _compare_after(self, alarm: _Alarm, cycles: int) -> None:
@@ -452,7 +409,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
     def _compare(self, alarm: _Alarm, cycles: int) -> None:
         seconds = cycles // self._cycles_per_s()
         if matches(self.registers[alarm.time], self._time(seconds), self._date(seconds)):
-            self._raise(alarm.flag)
+            self.raise_flag(alarm.flag)
         self._compare_after(alarm, cycles)
 
     def has_event(self) -> bool:
@@ -460,16 +417,38 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
         return bool(self.registers[ISR] & _EVENT_FLAGS)
 
     def can_interrupt(self) -> bool:
-        """Return whether an event with an interrupt is scheduled."""
-        return any(self.registers[CR] & _INTERRUPT_OF[flag] for flag in self._events)
+        """Return whether an event with an interrupt is scheduled, or an input has its interrupt on."""
+        scheduled = any(self.registers[CR] & _INTERRUPT_OF[flag] for flag in self._events)
+        return scheduled or bool(self.registers[CR] & _TSIE) or self._tamper_interrupts()
 
-    def _raise(self, flag: int) -> None:
+    def raise_flag(self, flag: int) -> None:
+        """Set an event flag; with its interrupt enabled, it is also a wake-up event (5.4.2)."""
         self.registers[ISR] |= flag
         self._signal()
-        if self.registers[CR] & _INTERRUPT_OF[flag]:
+        if self.registers[CR] & _INTERRUPT_OF.get(flag, 0) or (flag == _TAMP1F and self._tamper_interrupts()):
             self._pwr.wake_up()
+
+    # -- for the inputs ---------------------------------------------------------------------------------
+
+    def now(self) -> tuple[int, int, int]:
+        """Return TR, DR and SSR of the present time."""
+        if self.registers[ISR] & _INITF:
+            return self.registers[TR], self.registers[DR], 0
+        return self._present(TR), self._present(DR), self._present(SSR)
+
+    def clock_hz(self) -> int:
+        return self._hz
+
+    def erase_backup(self) -> None:
+        """Erase the backup registers (17.3.12)."""
+        self.registers |= dict.fromkeys(_BACKUP, 0)
+
+    def _tamper_interrupts(self) -> bool:
+        return bool(self.registers[rtc.TAFCR.addr] & _TAMPIE)
 
     def _signal(self) -> None:
         isr, cr = self.registers[ISR], self.registers[CR]
+        stamped = isr & _TSF and cr & _TSIE
+        self._set_line(_STAMP_LINE, bool(stamped or (isr & _TAMP1F and self._tamper_interrupts())))
         self._set_line(_WAKE_UP_LINE, bool(isr & _WUTF and cr & _WUTIE))
         self._set_line(_ALARM_LINE, any(isr & one.flag and cr & one.interrupt for one in _ALARMS))

@@ -43,11 +43,11 @@ class CR(Word, addr=0x08):
     BKP = Bits(18, doc="a bit to remember summer time by")
     SUB1H = Bits(17, access="w", doc="an hour back")
     ADD1H = Bits(16, access="w", doc="an hour forward")
-    TSIE = Bits(15, modelled=False, doc="interrupt on time stamp")
+    TSIE = Bits(15, doc="interrupt on time stamp")
     WUTIE = Bits(14, doc="interrupt on wake-up timer")
     ALRBIE = Bits(13, doc="interrupt on alarm B")
     ALRAIE = Bits(12, doc="interrupt on alarm A")
-    TSE = Bits(11, modelled=False, doc="time stamp on")
+    TSE = Bits(11, doc="time stamp on")
     WUTE = Bits(10, doc="wake-up timer on")
     ALRBE = Bits(9, doc="alarm B on")
     ALRAE = Bits(8, doc="alarm A on")
@@ -55,7 +55,7 @@ class CR(Word, addr=0x08):
     FMT = Bits(6, doc="12 hour format")
     BYPSHAD = Bits(5, doc="shadow registers are bypassed")
     REFCKON = Bits(4, modelled=False, doc="reference clock detection")
-    TSEDGE = Bits(3, modelled=False, doc="edge of the time stamp")
+    TSEDGE = Bits(3, doc="edge of the time stamp")
     WUCKSEL = Bits(2, 0, doc="clock of the wake-up timer")
 
 
@@ -64,9 +64,9 @@ class ISR(Word, addr=0x0C, access="rc_w0", reset=0x7):
 
     RECALPF = Bits(16, access="r", doc="recalibration pending")
     TAMP2F = Bits(14, modelled=False, doc="tamper 2")
-    TAMP1F = Bits(13, modelled=False, doc="tamper 1")
-    TSOVF = Bits(12, modelled=False, doc="time stamp overflow")
-    TSF = Bits(11, modelled=False, doc="time stamp")
+    TAMP1F = Bits(13, doc="tamper 1")
+    TSOVF = Bits(12, doc="time stamp overflow")
+    TSF = Bits(11, doc="time stamp")
     WUTF = Bits(10, doc="wake-up timer")
     ALRBF = Bits(9, doc="alarm B")
     ALRAF = Bits(8, doc="alarm A")
@@ -142,7 +142,7 @@ class SHIFTR(Word, addr=0x2C, access="w"):
     SUBFS = Bits(14, 0, doc="a fraction back")
 
 
-class TSTR(Word, addr=0x30, access="r", modelled=False):
+class TSTR(Word, addr=0x30, access="r"):
     """Time stamp time."""
 
     PM = Bits(22, doc="afternoon")
@@ -154,7 +154,7 @@ class TSTR(Word, addr=0x30, access="r", modelled=False):
     SU = Bits(3, 0, doc="seconds, units")
 
 
-class TSDR(Word, addr=0x34, access="r", modelled=False):
+class TSDR(Word, addr=0x34, access="r"):
     """Time stamp date."""
 
     WDU = Bits(15, 13, doc="weekday")
@@ -164,7 +164,7 @@ class TSDR(Word, addr=0x34, access="r", modelled=False):
     DU = Bits(3, 0, doc="day, units")
 
 
-class TSSSR(Word, addr=0x38, access="r", modelled=False):
+class TSSSR(Word, addr=0x38, access="r"):
     """Time stamp subseconds."""
 
     SS = Bits(15, 0, doc="subseconds")
@@ -179,19 +179,19 @@ class CALR(Word, addr=0x3C):
     CALM = Bits(8, 0, doc="fewer pulses")
 
 
-class TAFCR(Word, addr=0x40, modelled=False):
+class TAFCR(Word, addr=0x40):
     """Tamper and alternate function configuration."""
 
-    ALARMOUTTYPE = Bits(18, doc="alarm output is push-pull")
-    TSINSEL = Bits(17, doc="time stamp pin")
-    TAMP1INSEL = Bits(16, doc="tamper 1 pin")
+    ALARMOUTTYPE = Bits(18, modelled=False, doc="alarm output is push-pull")
+    TSINSEL = Bits(17, modelled=False, doc="time stamp pin")
+    TAMP1INSEL = Bits(16, modelled=False, doc="tamper 1 pin")
     TAMPPUDIS = Bits(15, doc="no pull-up")
-    TAMPPRCH = Bits(14, 13, doc="precharge")
+    TAMPPRCH = Bits(14, 13, modelled=False, doc="precharge")
     TAMPFLT = Bits(12, 11, doc="filter")
     TAMPFREQ = Bits(10, 8, doc="sampling rate")
     TAMPTS = Bits(7, doc="time stamp on tamper")
-    TAMP2TRG = Bits(4, doc="tamper 2, edge or level")
-    TAMP2E = Bits(3, doc="tamper 2 on")
+    TAMP2TRG = Bits(4, modelled=False, doc="tamper 2, edge or level")
+    TAMP2E = Bits(3, modelled=False, doc="tamper 2 on")
     TAMPIE = Bits(2, doc="interrupt on tamper")
     TAMP1TRG = Bits(1, doc="tamper 1, edge or level")
     TAMP1E = Bits(0, doc="tamper 1 on")
