@@ -47,6 +47,7 @@ from fcu_emulator.emulator.buses.gpio import BUTTON_S, Gpio, Led, parse_pin
 from fcu_emulator.emulator.buses.i2c import FAST_MODE_HZ, I2CBus, I2CMaster
 from fcu_emulator.emulator.buses.spi import SpiBus, SpiMaster
 from fcu_emulator.emulator.buses.uart import Uart
+from fcu_emulator.emulator.chip.memory_map import CHIP_NAME
 from fcu_emulator.emulator.clock import PS_PER_S, Clock, TickCounts, to_ps
 from fcu_emulator.emulator.errors import FcuError, InputError
 from fcu_emulator.emulator.python_cpu.cpu import PythonCpu
@@ -273,8 +274,9 @@ class Board:
         return {} if self.chip is None else self.chip.chip.usarts.unconnected_output()
 
     def supply_current_ua(self) -> dict[str, float]:
-        """Return the supply current of each sensor as configured."""
-        return self.sensors.supply_current_ua()
+        """Return the configured supply current of each sensor, and of a chip ("STM32F401")."""
+        currents = self.sensors.supply_current_ua()
+        return currents if self.chip is None else currents | {CHIP_NAME: self.chip.supply_current_ua()}
 
     def variable(self, name: str) -> Any:
         """Return a C variable by name. Raises KeyError."""

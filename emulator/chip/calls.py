@@ -328,6 +328,8 @@ class Caller:
         self, name: str, address: int, signature: Signature, arguments: Sequence[Any], timeout_s: float
     ) -> Any:
         core = self._core
+        if core.is_off:
+            raise InputError(f"cannot call {name}(): the chip is in Standby", kind="chip_off")
         held = core.halted
         if held:
             raise InputError(

@@ -8,6 +8,7 @@ from fcu_emulator.emulator.boards.description import BoardSignals
 from fcu_emulator.emulator.buses.i2c import I2CBus
 from fcu_emulator.emulator.chip.cpu.core import Core, CoreSettings
 from fcu_emulator.emulator.chip.cpu.python_peripherals import unmodelled_peripherals
+from fcu_emulator.emulator.chip.low_power import LowPower
 from fcu_emulator.emulator.chip.memory_map import ADDRESSES
 from fcu_emulator.emulator.chip.peripherals.adc import Adc, AdcInputs
 from fcu_emulator.emulator.chip.peripherals.dbgmcu import SYSTEM_MEMORY, Dbgmcu, system_memory
@@ -82,11 +83,18 @@ class Chip:
                 ConnectedI2c(self.core, name, signals.i2c[name], (pins.scl, pins.sda))
             else:  # no device is connected to this bus
                 ConnectedI2c(self.core, name, I2CBus(name, signals.clock, signals.trace))
-        self.core.power_on(soc, self.system, self.system.rcc.reset_because)
+        self.core.power_on(soc, self.system, self._before_reset)
         self.system.flash.connect(self.core.flash, self.core.flash_programmed, self.core.code_changed)
         self.system.rtc.connect(self.core.set_exti_line)
+        self.low_power = LowPower(
+            self.core, self.system.pwr, self.system.rcc, self.system.rtc, self.system.dbgmcu, self.system.wwdg
+        )
         self.core.store_to_flash = self.system.flash.store
         self.system.rcc.control(self.core.all_peripherals, self.core)
+
+    def _before_reset(self, reason: str) -> None:
+        self.low_power.reset()
+        self.system.rcc.reset_because(reason)
 
     def _reset(self, reason: str) -> None:
         self.core.request_reset(reason)

@@ -62,6 +62,10 @@ class ArmFirmware:
         """Run up to and including ``at_ps``. Raises LimitError."""
         self._run.run_until_ps(at_ps, self.limits)
 
+    def supply_current_ua(self) -> float:
+        """Return the chip's typical supply current in its present mode."""
+        return self.chip.low_power.supply_current_ua()
+
     def diagnosis(self) -> Diagnosis | None:
         """Return the worst problem at the present time, or None."""
         return diagnose(self)

@@ -60,6 +60,8 @@ def _number(text: str) -> NoteValue:
     return text
 
 
+DEEP_REFUSED, DEEP_WITH_CLOCKS, DEEP_STANDBY = -1, -2, -3
+"""enum DeepSleep of run_loop.h."""
 NOTE_KINDS: Final = ("forbidden", "not modelled", "refused")
 """In the order of enum NoteKind in peripheral.h."""
 PERIPHERAL_CLASSES: Final[dict[str, type[NativePeripheral]]] = {}
@@ -80,6 +82,8 @@ _HOST_CALLS: Final[tuple[tuple[str, Any], ...]] = (
     ("locked_up", ctypes.CFUNCTYPE(None, _i64, _u32)),
     ("reset", ctypes.CFUNCTYPE(None, _i64, _i32)),
     ("accessed", ctypes.CFUNCTYPE(None, _i64, _u32, _u32, _i32)),
+    ("deep_sleep", ctypes.CFUNCTYPE(_i64, _i64)),
+    ("stop_ended", ctypes.CFUNCTYPE(None, _i64)),
 )
 
 
@@ -112,17 +116,19 @@ class ChipStatus(ctypes.Structure):
     skipped: int
     accesses: int
     thread_ps: int
+    switched_ps: int
     execution_priority: int
     lowest_msp: int
     locked_up: int
     locked_up_pc: int
     asleep: int
+    thread_frame: int
 
     _fields_ = (
-        *((name, _i64) for name in ("now_ps", "retired", "skipped", "accesses", "thread_ps")),
+        *((name, _i64) for name in ("now_ps", "retired", "skipped", "accesses", "thread_ps", "switched_ps")),
         *((name, ctypes.c_uint64 * 2) for name in ("pending", "enabled", "active")),
         ("execution_priority", _i64),
-        *((name, _u32) for name in ("lowest_msp", "locked_up", "locked_up_pc", "asleep")),
+        *((name, _u32) for name in ("lowest_msp", "locked_up", "locked_up_pc", "asleep", "thread_frame")),
     )
 
 
@@ -157,6 +163,8 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
     "fcu_end_run": (None, _pointer),
     "fcu_enter_exception": (_i32, _pointer, _i32, _u32),
     "fcu_is_pure": (_i32, _pointer, _i32, _u32),
+    "fcu_next_change": (_i64, _pointer, _i32),
+    "fcu_active_ps": (_i64, _pointer, _i32),
     "fcu_executed": (_i64, _pointer),
     "fcu_fault_address": (_u32, _pointer),
     "fcu_request_reset": (None, _pointer, _i32),
@@ -275,6 +283,7 @@ class FcuChip:
         called = (
             *(self._advance, self._read, self._write, self._note, self._ignored_access),
             *(self._fault, self._locked_up, self._reset, self._accessed),
+            *(self._deep_sleep, self._stop_ended),
         )
         for n, (name, kind) in enumerate(_HOST_CALLS):
             setattr(table, name, self.callback(kind, called[n]))
@@ -504,6 +513,12 @@ class FcuChip:
         pass
 
     def _accessed(self, address: int, size: int, written: int) -> None:
+        pass
+
+    def _deep_sleep(self) -> int:
+        return DEEP_WITH_CLOCKS
+
+    def _stop_ended(self) -> None:
         pass
 
 

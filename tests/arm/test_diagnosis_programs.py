@@ -12,7 +12,7 @@ from fcu_emulator import Board, I2CNackError
 from fcu_emulator.emulator.chip.cpu.bare_core import BareCore
 from fcu_emulator.emulator.chip.diagnosis import probe
 from fcu_emulator.firmware_model import arm
-from tests.support.arm.broken_programs import EXPECTED, FOLDER, RUN_S, diagnosed, run, without_times
+from tests.support.arm.broken_programs import EXPECTED, FINE, FOLDER, RUN_S, diagnosed, run, without_times
 from tests.support.words import Words
 
 COMPILER = "arm-none-eabi-gcc"
@@ -98,25 +98,59 @@ def test_diagnosis_lists_unacknowledged_transfers(
 def test_every_broken_program_has_expected_text() -> None:
     programs = {file.stem for file in FOLDER.glob("*.elf")}
 
-    assert programs == RUN_S.keys() | {
-        "fine_quiet",
-        "fine_callback",
-        "fine_flash",
-        "fine_gated",
-        "fine_masked",
-    }
+    assert programs == {*RUN_S, *FINE}
     assert {file.stem for file in FOLDER.glob("*.c")} | {"stripped"} == programs
     assert {file.stem for file in EXPECTED.glob("*.txt")} == RUN_S.keys()
 
 
-@pytest.mark.parametrize("name", ["fine_quiet", "fine_callback", "fine_flash", "fine_gated", "fine_masked"])
+@pytest.mark.parametrize("name", FINE)
 @pytest.mark.parametrize("seconds", [0.0, 0.001, 0.05, 1.2])
 def test_waiting_or_interrupt_driven_program_has_no_diagnosis(name: str, seconds: float) -> None:
     board = Board(firmware=FOLDER / f"{name}.elf")
     board.run_for(seconds)
     assert board.chip is not None
+    diagnosis = board.chip.diagnosis()
 
+    assert diagnosis is None or not diagnosis.fatal
+
+
+@pytest.mark.parametrize("name", ["fine_idle_thread", "fine_threads"])
+def test_switched_threads_are_not_stuck(name: str) -> None:
+    board = Board(firmware=FOLDER / f"{name}.elf")
+    for _ in range(100):
+        board.run_for(0.0837)
+        assert board.chip is not None
+        diagnosis = board.chip.diagnosis()
+        assert diagnosis is None or not diagnosis.fatal, str(diagnosis)
+
+
+@pytest.mark.parametrize("name", ["thread_on_spi", "spi_while_blinking"])
+def test_quiet_spi_is_given_three_seconds(name: str) -> None:
+    """A handler may still ask for a byte, or for a switch to another thread."""
+    board = Board(firmware=FOLDER / f"{name}.elf")
+    board.run_for(2.9)
+    assert board.chip is not None
     assert board.chip.diagnosis() is None
+
+    board.run_for(0.2)
+
+    assert board.chip.diagnosis() is not None
+
+
+@pytest.mark.parametrize("name", ["spi_direction", "spi_while_blinking", "thread_masked", "thread_on_spi"])
+def test_stuck_program_is_stuck_in_handlers_too(name: str) -> None:
+    """A verdict must not depend on the end of a run: the last handler is finished in a copy."""
+    board = Board(firmware=FOLDER / f"{name}.elf")
+    board.run_for(RUN_S[name])
+    assert board.chip is not None
+    found = set()
+    for _ in range(300):
+        board.run_for(0.0000041 if board.chip.core.active else 0.000317)
+        diagnosis = board.chip.diagnosis()
+        found.add(diagnosis.summary if diagnosis is not None else None)
+
+    assert len(found) == 1
+    assert None not in found
 
 
 def test_hardware_wait_of_three_seconds_is_allowed() -> None:

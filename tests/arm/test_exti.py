@@ -106,11 +106,14 @@ def test_reset_lowers_interrupt(pins: Pins) -> None:
     assert pins.exti.read(IMR) == 0
 
 
-def test_exti_event_mode_is_noted(pins: Pins) -> None:
-    pins.exti.write(EMR, 0)
-    assert pins.chip.notes() == []
-    pins.exti.write(EMR, 1)
-    assert pins.chip.problems() == {"event-mask": {}}
+def test_exti_event_sets_no_pending_bit(pins: Pins) -> None:
+    """10.2.3: the pending bit of an event line is not set, unless the line is also an interrupt line."""
+    for line, imr in ((4, 0), (5, 1 << 5)):
+        pins.exti.write(EMR, 1 << line)
+        pins.exti.write(RTSR, 1 << line)
+        pins.exti.write(IMR, imr)
+        pins.chip.gpio.drive("A", line, 1)
+        assert pins.exti.read(PR) == imr
 
 
 def test_debug_pull_ups_cause_no_edge(pins: Pins) -> None:

@@ -14,7 +14,9 @@ from fcu_emulator.emulator.clock import PS_PER_S
 from tests.arm.test_system_blocks import start_rtc
 from tests.support.arm.chip_fakes import Chip
 
-TR, CR, ISR, WUTR, ALRMAR, ALRMBR, WPR, ALRMASSR = 0x00, 0x08, 0x0C, 0x14, 0x1C, 0x20, 0x24, 0x44
+TR, DR, CR, ISR, WUTR, ALRMAR, ALRMBR, WPR, SSR = 0x00, 0x04, 0x08, 0x0C, 0x14, 0x1C, 0x20, 0x24, 0x28
+SHIFTR, CALR, ALRMASSR = 0x2C, 0x3C, 0x44
+BYPSHAD, FMT, ADD1H, SUB1H, PM, SHPF, RECALPF = (1 << bit for bit in (5, 6, 16, 17, 22, 3, 16))
 ALRAE, ALRBE, WUTE, ALRAIE, ALRBIE, WUTIE = (1 << bit for bit in (8, 9, 10, 12, 13, 14))
 ALRAWF, WUTWF, INITF, ALRAF, ALRBF, WUTF = (1 << bit for bit in (0, 2, 6, 8, 9, 10))
 CYCLE_PS = PS_PER_S // 32_000
@@ -136,6 +138,104 @@ def test_alarm_is_off_in_initialisation_mode() -> None:
     assert bench.rises_in(3 * PS_PER_S, ALRAF) == []
     bench.write((ISR, 0))
     assert len(bench.rises_in(PS_PER_S, ALRAF)) == 1
+
+
+# -- calendar settings (17.3.6, 17.3.8, 17.3.11, 17.6.1, 17.6.3) -----------------------------------------------
+
+
+def test_read_of_subseconds_locks_time_until_date() -> None:
+    """17.3.6: a program that reads the time without the date always gets the same time."""
+    bench = Bench()
+    seen = []
+    for _ in range(3):
+        bench.rtc.read(SSR)
+        seen.append(bench.rtc.read(TR))
+        bench.chip.run_for(PS_PER_S)
+    assert seen == [0x12_0000] * 3
+    bench.rtc.read(DR)
+    assert bench.rtc.read(TR) == 0x12_0003
+
+
+def test_read_of_time_locks_only_the_date() -> None:
+    bench = Bench(time=0x23_5959)
+    assert bench.rtc.read(TR) == 0x23_5959
+    bench.chip.run_for(PS_PER_S)
+    assert bench.rtc.read(TR) == 0
+    assert [bench.rtc.read(DR), bench.rtc.read(DR)] == [0x24_6228, 0x24_8229]
+
+
+def test_bypass_of_shadow_registers_locks_nothing() -> None:
+    bench = Bench()
+    bench.write((CR, BYPSHAD))
+    bench.rtc.read(SSR)
+    bench.chip.run_for(PS_PER_S)
+    assert bench.rtc.read(TR) == 0x12_0001
+
+
+@pytest.mark.parametrize(
+    ("time", "after_s", "shown"),
+    [
+        (0x12_0000, 0, 0x12_0000),  # midnight
+        (0x11_5959, 1, PM | 0x12_0000),
+        (PM | 0x12_5959, 1, PM | 0x01_0000),
+        (PM | 0x11_5959, 1, 0x12_0000),
+    ],
+)
+def test_twelve_hour_format_shows_am_and_pm(time: int, after_s: int, shown: int) -> None:
+    bench = Bench()
+    bench.write((ISR, 1 << 7), (CR, FMT), (TR, time), (ISR, 0))
+    bench.chip.run_for(after_s * PS_PER_S)
+    assert bench.rtc.read(TR) == shown
+    assert bench.chip.notes() == []
+
+
+def test_format_is_written_in_initialisation_mode_only() -> None:
+    bench = Bench()
+    bench.write((CR, FMT))
+    assert bench.rtc.read(CR) == 0
+    assert [what for what, _ in bench.chip.notes()] == ["refused"]
+
+
+def test_alarm_compares_afternoon_in_twelve_hour_format() -> None:
+    bench = Bench()
+    bench.write((ISR, 1 << 7), (CR, FMT), (TR, 0x11_5958), (ISR, 0))
+    bench.write((ALRMAR, MSK4 | PM | 0x12_0000), (CR, FMT | ALRAE | ALRAIE))
+    assert bench.rises_in(5 * PS_PER_S, ALRAF) == [2 * PS_PER_S]
+
+
+def test_summer_time_moves_clock_by_an_hour() -> None:
+    """17.6.3: ADD1H and SUB1H read as 0; SUB1H has no effect while the hour is 0."""
+    bench = Bench()
+    bench.write((CR, ADD1H))
+    assert (bench.rtc.read(TR), bench.rtc.read(CR)) == (0x13_0000, 0)
+    bench.write((CR, SUB1H), (CR, SUB1H))
+    assert bench.rtc.read(TR) == 0x11_0000
+    midnight = Bench(time=0x00_3000)
+    midnight.write((CR, SUB1H))
+    assert midnight.rtc.read(TR) == 0x00_3000
+
+
+def test_shift_moves_clock_by_subseconds() -> None:
+    """17.3.8: SUBFS delays the clock, and ADD1S with SUBFS advances it, in steps of 1 / 250 s."""
+    bench = Bench()
+    bench.write((SHIFTR, 100))
+    assert bench.rtc.read(SSR) == 249 - 150
+    assert [bench.rtc.read(TR), bench.rtc.read(DR)] == [0x11_5959, 0x24_6228]
+    bench.write((SHIFTR, 1 << 31 | 50))
+    assert bench.rtc.read(SSR) == 249 - 100
+    assert bench.rtc.read(TR) == 0x12_0000
+    assert not bench.rtc.read(ISR) & SHPF
+
+
+@pytest.mark.parametrize(("calr", "ppm"), [(0x1FF, -487.1), (1 << 15, 488.5), (1 << 15 | 0x1FF, 0.954)])
+def test_smooth_calibration_changes_the_rate(calr: int, ppm: float) -> None:
+    """17.3.11: from -487.1 to +488.5 ppm, in steps of 0.954 ppm."""
+    bench = Bench()
+    bench.write((CALR, calr), (ALRMAR, EVERY_SECOND), (CR, ALRAE | ALRAIE))
+    (*_, last_ps) = bench.rises_in(1000 * PS_PER_S + PS_PER_S // 2, ALRAF)
+    assert len(bench.rises) == 1000
+    assert (1000 * PS_PER_S / last_ps - 1) * 1e6 == pytest.approx(ppm, abs=0.05)
+    assert not bench.rtc.read(ISR) & RECALPF
 
 
 @given(

@@ -84,6 +84,35 @@ class StSpi:
         return value
 
 
+def receive_two(bench: CommBench, wait_ps: int) -> int:
+    """Disable a receiving SPI ``wait_ps`` after its first byte; return the number of bytes (20.3.8)."""
+    spi = three_wire(bench)
+    put(bench, LSM6DSL, 0)
+    spi._send(0x8F)
+    bench.modify(bench.spi2, CR1, clear=SPE)
+    bench.modify(bench.spi2, CR1, clear=BIDIOE)
+    bench.modify(bench.spi2, CR1, set_bits=SPE)
+    bench.poll(bench.spi2, SR, RXNE)
+    bench.wait(wait_ps)
+    bench.modify(bench.spi2, CR1, clear=SPE)
+    received = [bench.read(bench.spi2, DR)]
+    bench.wait(2 * BYTE_PS)
+    if bench.read(bench.spi2, SR) & RXNE:
+        received.append(bench.read(bench.spi2, DR))
+    put(bench, LSM6DSL, 1)
+    assert received[0] == 0x6A
+    return len(received)
+
+
+def test_last_byte_follows_spe_cleared_late() -> None:
+    """20.3.8: wait for the next to last RXNE, then one SPI clock cycle, clear SPE, wait for the last RXNE."""
+    assert receive_two(CommBench(), BYTE_PS // 8) == 2
+
+
+def test_spe_cleared_at_once_ends_reception() -> None:
+    assert receive_two(CommBench(), 0) == 1
+
+
 def three_wire(bench: CommBench) -> StSpi:
     """Set all three parts to three wires by a blind write, as the stock firmware's boot does."""
     spi = StSpi(bench)

@@ -53,11 +53,14 @@ def test_every_register_has_name_and_reset_value(blocks: SystemPeripherals) -> N
 
 
 def test_reset_restores_every_peripheral(blocks: SystemPeripherals) -> None:
-    """The RTC and the reset flags of RCC, which RMVF clears, are not restored."""
+    """The RTC, DBGMCU, and the reset flags of RCC, which RMVF clears, are not restored."""
     before = {block.name: dict(block.registers) for block in blocks}
     for block in blocks:
         for offset in block.NAMES:
-            if block.name not in {"WWDG", "IWDG", "RTC"} and (block.name, offset) != ("RCC", RCC_CSR):
+            if block.name not in {"WWDG", "IWDG", "RTC", "DBGMCU"} and (block.name, offset) != (
+                "RCC",
+                RCC_CSR,
+            ):
                 block.write(offset, 0x1111_1111)
     for block in blocks:
         block.reset()
@@ -87,6 +90,25 @@ def test_usb_core_reset_ends_without_cable(chip: Chip, blocks: SystemPeripherals
     otg.write(0x804, 2)
     assert otg.read(0x804) == 2
     assert [what for what, _ in chip.notes()] == ["not modelled"]
+
+
+@pytest.mark.parametrize(
+    ("offset", "value"),
+    [
+        *((0x000, 0x0001_0000), (0x00C, 0x0000_0A00), (0x014, 0x0400_0020), (0x024, 0x0000_0200)),
+        *((0x028, 0x0000_0200), (0x02C, 0x0008_0200), (0x03C, 0x0000_1000), (0x100, 0x0200_0600)),
+        *((0x104, 0x0200_0400), (0x108, 0x0200_0400), (0x10C, 0x0200_0400)),
+        *((0x404, 0x0000_EA60), (0x408, 0x0000_3FFF), (0x410, 0x0008_0100)),
+        *((0x800, 0x0220_0000), (0x808, 0x0000_0010), (0x828, 0x0000_17D7), (0x82C, 0x0000_05B8)),
+        *((0x900, 0x0000_8000), (0x908, 0x0000_0080), (0x968, 0x0000_0080), (0x978, 0x0000_0200)),
+        *((0xB00, 0x0000_8000), (0xB08, 0x0000_0080), (0xB68, 0x0000_0080), (0xE00, 0)),
+    ],
+)
+def test_usb_core_has_documented_reset_value(blocks: SystemPeripherals, offset: int, value: int) -> None:
+    """RM0368 22.16: reset values of the global, host, device and power registers."""
+    blocks.otg.write(0x104, 0x0040_0300)
+    blocks.otg.write(0x10, 1)
+    assert blocks.otg.read(offset) == value
 
 
 def test_usb_without_cable_has_no_session(blocks: SystemPeripherals) -> None:
@@ -244,14 +266,34 @@ def test_flash_erases_nothing_without_selection(
 # -- power, CRC, identity -----------------------------------------------------------------------------------
 
 
-def test_power_control_has_flags_and_notes_low_power(chip: Chip, blocks: SystemPeripherals) -> None:
-    """RM0368 5.4.1: CWUF and CSBF are read as 0, and VOSRDY is set. Low-power modes are noted."""
+def test_power_control_has_flags(blocks: SystemPeripherals) -> None:
+    """RM0368 5.4.1: CWUF and CSBF are read as 0, and VOSRDY is set."""
     blocks.pwr.write(0, 0x8100 | 0xC)
     assert blocks.pwr.read(0) == 0x8100
     assert blocks.pwr.read(4) == 1 << 14
     assert blocks.pwr.backup_writable
-    blocks.pwr.write(0, 2)
-    assert chip.notes()[0][0] == "not modelled"
+
+
+def test_system_reset_keeps_debug_configuration(blocks: SystemPeripherals) -> None:
+    """RM0368 23.16.1: only power-on resets DBGMCU_CR."""
+    blocks.dbgmcu.write(4, 7)
+    blocks.dbgmcu.reset()
+    assert blocks.dbgmcu.read(4) == 7
+
+
+def test_wake_up_pin_sets_flag_while_enabled(chip: Chip, blocks: SystemPeripherals) -> None:
+    """RM0368 5.4.2: WUF; a high level counts as an edge when EWUP is set. A system reset clears WUF."""
+    chip.gpio.drive("A", 0, 1)
+    assert not blocks.pwr.read(4) & 1
+    blocks.pwr.write(4, 1 << 8)
+    assert blocks.pwr.read(4) & 1
+    blocks.pwr.write(0, 1 << 2)
+    assert not blocks.pwr.read(4) & 1
+    chip.gpio.drive("A", 0, 0)
+    chip.gpio.drive("A", 0, 1)
+    assert blocks.pwr.read(4) & 1
+    blocks.pwr.reset()
+    assert blocks.pwr.read(4) == 1 << 14
 
 
 @given(st.lists(st.integers(0, 0xFFFF_FFFF), max_size=8))
@@ -310,6 +352,7 @@ def test_calendar_advances_to_leap_day(chip: Chip, blocks: SystemPeripherals) ->
     assert (rtc.read(RTC_TR), rtc.read(RTC_DR)) == (0x23_5958, 0x24_6228)
     chip.run_for(PS_PER_S // 2)
     assert rtc.read(RTC_SSR) == 249 - 125
+    rtc.read(RTC_DR)  # unlock the shadow registers (17.3.6)
     chip.run_for(5 * PS_PER_S // 2)
     assert (rtc.read(RTC_TR), rtc.read(RTC_DR)) == (0x00_0001, 0x24_8229)
     assert rtc.read(RTC_ISR) & (RSF | 1 << 4) == RSF | 1 << 4
@@ -340,6 +383,7 @@ def test_rtc_register_is_constant_until_stated_time(wait_ps: int, offset: int) -
     blocks = SystemPeripherals(chip.soc)
     start_rtc(chip, blocks, 0x23_5958, 0x24_6228)
     chip.run_for(wait_ps)
+    blocks.rtc.read(offset)  # a read that locks or unlocks other registers cannot be repeated without effect
     value, until_ps = blocks.rtc.read_with_validity(offset)
     chip.run_to(until_ps - 1)
     assert blocks.rtc.read(offset) == value

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from fcu_emulator import Board
 from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S, PS_PER_US
 from fcu_emulator.firmware_model.arm import prebuilt
+from tests.support.arm.broken_programs import FINE
 
 ARM = Path(__file__).parents[1] / "arm"
 PROGRAMS = [
@@ -18,12 +19,10 @@ PROGRAMS = [
     (prebuilt("solution", "SPI2"), "fcu001v1"),
     (prebuilt("template", "I2C2"), "lab3"),
     (prebuilt("template", "SPI2"), "fcu001v1"),
-    *(
-        (ARM / "broken" / f"{name}.elf", "lab3")
-        for name in ("fine_quiet", "fine_callback", "fine_flash", "fine_gated", "fine_masked")
-    ),
+    *((ARM / "broken" / f"{name}.elf", "lab3") for name in FINE),
     *((ARM / "vendor" / f"lab3_i2c_{style}.elf", "lab3") for style in ("polled", "it", "dma")),
     (ARM / "vendor" / "flight.elf", "fcu001v1"),
+    (ARM / "vendor" / "threads.elf", "lab3"),
 ]
 
 

@@ -7,14 +7,21 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 from typing import Final, NamedTuple
 
 from fcu_emulator.emulator.chip.cpu.core_registers import MASKS, CoreRegisters
 from fcu_emulator.emulator.chip.cpu.exceptions import CoreFault
 from fcu_emulator.emulator.chip.cpu.python_peripherals import PythonPeripherals
-from fcu_emulator.emulator.chip.library import ChipStatus, FcuChip, NativePeripheral
+from fcu_emulator.emulator.chip.library import (
+    DEEP_WITH_CLOCKS,
+    ChipStatus,
+    ClocksTable,
+    FcuChip,
+    NativePeripheral,
+)
 from fcu_emulator.emulator.chip.memory_map import CHIP_NAME, FLASH, FLASH_SIZE, RAM
-from fcu_emulator.emulator.chip.peripherals.peripheral import Peripheral, Soc
+from fcu_emulator.emulator.chip.peripherals.peripheral import ClockTree, Peripheral, Soc
 from fcu_emulator.emulator.clock import Clock
 from fcu_emulator.emulator.trace import Fault as FaultEvent
 from fcu_emulator.emulator.trace import Trace
@@ -22,8 +29,12 @@ from fcu_emulator.emulator.trace import Trace
 CYCLES_PER_INSTRUCTION: Final = Fraction(13, 10)
 """The default number; cycle_clock.h gives the reasons for it."""
 RESETS_KEPT: Final = 10_000
-_REASONS: Final = ("", "SYSRESETREQ", "PIN", "IWDG", "WWDG", "power-on")
+STANDBY: Final = "STANDBY"
+"""The reason of the reset that ends Standby."""
+_REASONS: Final = ("", "SYSRESETREQ", "PIN", "IWDG", "WWDG", "power-on", STANDBY)
 """The reasons of enum ResetReason in run_loop.h, and the reasons that come from Python."""
+_THREAD_PRIORITY = 256
+_SPSEL = 1 << 1  # CONTROL: Thread mode uses the process stack
 _HALTED, _BY_WORK = 1, 3
 """Two values of enum Ended in run_loop.h."""
 _IGNORED_ACCESSES: Final = (
@@ -73,10 +84,16 @@ class Core(FcuChip):
         """Called to execute a store with offset, size and value; returns False if the flash refuses it."""
         self.on_lost_store: Callable[[int], None] = lambda _address: None
         """Called at each refused store to the flash."""
+        self.on_deep_sleep: Callable[[], int] = lambda: DEEP_WITH_CLOCKS
+        """Called when the core sleeps with SLEEPDEEP; returns the wake-up time of Stop in ps, or enum DeepSleep."""
+        self.on_stop_ended: Callable[[], None] = lambda: None
+        self._clocks_stopped = False
+        self.is_off = False
+        """Whether the core has no power, in Standby."""
         self.on_access: Callable[[int, int, bool], None] = lambda _address, _size, _written: None
         """Called at watched accesses with the address, the size, and whether it is a store."""
         self.resets: deque[tuple[int, str]] = deque(maxlen=RESETS_KEPT)
-        """(time in ps, reason) of the latest resets, without power-on."""
+        """(time in ps, reason) of the latest resets, without power-on and the ends of Standby."""
         self.before_reset = b"", b""
         """R0 to R12, SP, LR, PC, xPSR, and the RAM, before the latest reset."""
         self.code_version = 0
@@ -132,6 +149,18 @@ class Core(FcuChip):
         clock.now_ps = shared[0]
         if ended not in (_HALTED, _BY_WORK):
             clock.advance_to(at_ps)
+
+    def set_clocks(self, tree: ClockTree) -> None:
+        if self._clocks_stopped:
+            self.library.fcu_set_clocks(self.handle, ClocksTable())
+            self.raise_error()
+        else:
+            super().set_clocks(tree)
+
+    def stop_clocks(self, stopped: bool, tree: ClockTree) -> None:
+        """Stop all clocks of the peripherals in C, or start them again."""
+        self._clocks_stopped = stopped
+        self.set_clocks(tree)
 
     def request_reset(self, reason: str) -> None:
         self.library.fcu_request_reset(self.handle, _REASONS.index(reason))
@@ -192,6 +221,16 @@ class Core(FcuChip):
         return self.status().thread_ps
 
     @property
+    def switched_ps(self) -> int:
+        """The time of the latest exception return to another thread than the interrupted one."""
+        return self.status().switched_ps
+
+    @property
+    def thread_frame(self) -> int:
+        """Address of the latest interrupted thread's frame on the process stack; 0: it used the main stack."""
+        return self.status().thread_frame
+
+    @property
     def lowest_stack(self) -> int:
         return self.status().lowest_msp
 
@@ -209,6 +248,12 @@ class Core(FcuChip):
     def handled(self) -> int:
         """The number of the current exception (IPSR); 0 in Thread mode."""
         return self.register(16) & 0x1FF
+
+    @property
+    def uses_process_stack(self) -> bool:
+        """Whether the core is in Thread mode and uses PSP (ARMv7-M ARM B1.4.1)."""
+        *_, control = self._masks.read()
+        return bool(control & _SPSEL) and not self.handled
 
     @property
     def pending(self) -> int:
@@ -236,6 +281,13 @@ class Core(FcuChip):
         group: int = library.fcu_priority_group(handle, self.priority(exception))
         return bool(group < library.fcu_execution_priority(handle, *masks))
 
+    def preempts_thread(self, exception: int, masks: Masks) -> bool:
+        """Return whether an exception can preempt Thread mode (ARMv7-M ARM B1.5.4)."""
+        group = partial(self.library.fcu_priority_group, self.handle)
+        limit: int = group(masks.basepri) if masks.basepri else _THREAD_PRIORITY
+        limit = min(limit, 0) if masks.primask else limit
+        return bool(group(self.priority(exception)) < (-1 if masks.faultmask else limit))
+
     # -- for debuggers ----------------------------------------------------------------------------------
 
     def halt(self) -> None:
@@ -254,7 +306,9 @@ class Core(FcuChip):
         return bool(self.library.fcu_is_halted(self.handle))
 
     def wake(self) -> None:
+        """End a sleep, but not Standby."""
         self.library.fcu_wake(self.handle)
+        self.raise_error()
 
     def reset_now(self, reason: str) -> None:
         self.library.fcu_reset_now(self.handle, _REASONS.index(reason))
@@ -347,9 +401,13 @@ class Core(FcuChip):
 
     def _reset(self, reason: int) -> None:
         why = _REASONS[reason]
-        self.resets.append((self.clock.now_ps, why))
-        self.trace.add(FaultEvent(self.clock.now_ps, CHIP_NAME, f"reset by {why}"))
-        self.before_reset = self.core_state(), bytes(self.ram)
+        self._clocks_stopped = self.is_off = False
+        if why == STANDBY:
+            self.trace.add(FaultEvent(self.clock.now_ps, CHIP_NAME, "woken from Standby"))
+        else:
+            self.resets.append((self.clock.now_ps, why))
+            self.trace.add(FaultEvent(self.clock.now_ps, CHIP_NAME, f"reset by {why}"))
+            self.before_reset = self.core_state(), bytes(self.ram)
         self._on_reset(why)
         for native in self.peripherals.values():
             native.reset()
@@ -357,6 +415,12 @@ class Core(FcuChip):
             self._python_peripherals
         ):  # RCC is reset last, so that no peripheral gets new clocks with old settings
             peripheral.reset()
+
+    def _deep_sleep(self) -> int:
+        return self.on_deep_sleep()
+
+    def _stop_ended(self) -> None:
+        self.on_stop_ended()
 
     def _accessed(self, address: int, size: int, written: int) -> None:
         self.on_access(address, size, bool(written))

@@ -68,6 +68,16 @@ def findings(arm: RunningFirmware) -> Iterator[Diagnosis]:
     signals, chip = arm.signals, arm.chip
     places = Places(arm.image)
     transfers = RecentTransfers(signals)
+    if chip.low_power.in_standby:  # registers and RAM are lost
+        asleep = Hang(
+            chip,
+            places,
+            transfers,
+            PeripheralNotes(chip, signals.trace),
+            _quiet_since_ps(arm, transfers),
+        ).diagnosis()
+        yield from (one for one in (asleep,) if one)
+        return
     notes = PeripheralNotes(chip, signals.trace)
     quiet_since_ps = _quiet_since_ps(arm, transfers)
     bus = bus_never_on(chip, signals, places) or byte_left(chip, signals)

@@ -10,6 +10,9 @@ from fcu_emulator.emulator.buses.spi import SpiBus
 from fcu_emulator.emulator.chip.chip import Chip
 from fcu_emulator.emulator.chip.cpu.python_peripherals import GATES
 from fcu_emulator.emulator.chip.diagnosis.report import Cause, at
+from fcu_emulator.emulator.chip.peripherals.spi import Spi
+from fcu_emulator.emulator.chip.registers import spi
+from fcu_emulator.emulator.chip.registers.declaration import masks, offsets
 from fcu_emulator.emulator.trace import BusTransfer, DeviceNote, Trace
 from fcu_emulator.sensors.spi import READ
 
@@ -106,9 +109,9 @@ class RecentTransfers:
         return self._failed(self.latest[-1]) if failed else None
 
     def cause(self) -> Cause | None:
-        for spi in self._spi:
-            if unaddressed := self._unaddressed(spi):
-                return self._no_sensor_selected(spi, unaddressed)
+        for bus in self._spi:
+            if unaddressed := self._unaddressed(bus):
+                return self._no_sensor_selected(bus, unaddressed)
         if not self.latest:
             return None
         last = self.latest[-1]
@@ -217,6 +220,27 @@ def _text(transfer: BusTransfer, i2c: Mapping[str, I2CBus]) -> str:
     if transfer.read:
         actions.append(f"read {where}: {transfer.read.hex(' ').upper()}")
     return f"{who}: {', '.join(actions)}"
+
+
+# -- an SPI that transfers nothing (RM0368 20.3.4, 20.5) ----------------------------------------------------
+
+_CR1, _SR = offsets(spi.CR1, spi.SR)
+_SPE, _BIDIMODE, _BIDIOE = masks(spi.CR1.SPE, spi.CR1.BIDIMODE, spi.CR1.BIDIOE)
+_RXNE, _TXE = masks(spi.SR.RXNE, spi.SR.TXE)
+
+
+def why_no_byte(master: Spi) -> str:
+    """Return why an SPI transfers no byte; "" if its registers do not tell."""
+    name, cr1, sr = master.name, master.peek(_CR1), master.peek(_SR)
+    if not cr1 & _SPE:
+        return f"SPE in {name}_CR1 is 0, so {name} transfers no byte."
+    if not cr1 & _BIDIMODE:
+        return ""
+    if not cr1 & _BIDIOE and not sr & _TXE:
+        return f"BIDIOE in {name}_CR1 is 0, so {name} receives, and never sends the byte in DR."
+    if cr1 & _BIDIOE and not sr & _RXNE:
+        return f"BIDIOE in {name}_CR1 is 1, so {name} sends, and receives no byte."
+    return ""
 
 
 # -- accesses without effect -------------------------------------------------------------------------------------

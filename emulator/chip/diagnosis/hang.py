@@ -2,12 +2,17 @@
 
 Decision: a loop in ``main()`` that reads nothing counts as correct if interrupts of peripherals are
 enabled. If no such interrupt is enabled, the loop is reported but is not a failure: the loop may be
-the intended end. Code on the process stack is not checked.
+the intended end.
+
+Decision: a thread on the process stack is stuck only if no other thread can run: no exception can
+preempt it, or none has switched threads for ``_PATIENCE_PS``. A thread that reads nothing is an idle
+thread as long as an interrupt can wake other threads.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import takewhile
 from typing import Final
 
 from fcu_emulator.emulator.chip.chip import Chip
@@ -15,12 +20,15 @@ from fcu_emulator.emulator.chip.cpu.core import Core, Masks
 from fcu_emulator.emulator.chip.cpu.core_registers import MASKS, CoreRegisters
 from fcu_emulator.emulator.chip.cpu.exceptions import FIRST_INTERRUPT, SYS_TICK, bits
 from fcu_emulator.emulator.chip.cpu.thumb import Flow, decode
-from fcu_emulator.emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Places
-from fcu_emulator.emulator.chip.diagnosis.evidence import PeripheralNotes, RecentTransfers
+from fcu_emulator.emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Call, Places
+from fcu_emulator.emulator.chip.diagnosis.evidence import PeripheralNotes, RecentTransfers, why_no_byte
 from fcu_emulator.emulator.chip.diagnosis.probe import Loop, Probe
 from fcu_emulator.emulator.chip.diagnosis.read_once import read_once
 from fcu_emulator.emulator.chip.diagnosis.report import Cause, Diagnosis, at, section
+from fcu_emulator.emulator.chip.low_power import LowPower
 from fcu_emulator.emulator.chip.peripherals.dma import is_any_stream_on
+from fcu_emulator.emulator.chip.peripherals.peripheral import Peripheral
+from fcu_emulator.emulator.chip.peripherals.spi import Spi
 from fcu_emulator.emulator.chip.registers import address_of, systick
 from fcu_emulator.emulator.clock import NEVER_PS, PS_PER_MS, PS_PER_S
 
@@ -79,19 +87,24 @@ _TICKING = systick.SYST_CSR.ENABLE.mask | systick.SYST_CSR.TICKINT.mask
 
 
 class Interrupts:
-    """Interrupts that can be taken now or, if a loop's ``masks`` are given, at some instruction of the loop."""
+    """Interrupts that can be taken now or, if a loop's ``masks`` are given, at some instruction of the loop.
 
-    def __init__(self, core: Core, masks: Iterable[Masks] = ()) -> None:
+    ``in_thread``: judge as if the active handlers had returned.
+    """
+
+    def __init__(self, core: Core, masks: Iterable[Masks] = (), *, in_thread: bool = False) -> None:
         self._core = core
-        *present, self.control = CoreRegisters(core, MASKS).read()
+        self._in_thread = in_thread
+        *present, _ = CoreRegisters(core, MASKS).read()
         self._masks = list(masks) or [Masks(*present)]
 
     @property
     def handled(self) -> int:
-        return self._core.handled
+        return 0 if self._in_thread else self._core.handled
 
     def preempts(self, number: int) -> bool:
-        return any(self._core.preempts(number, masks) for masks in self._masks)
+        preempts = self._core.preempts_thread if self._in_thread else self._core.preempts
+        return any(preempts(number, masks) for masks in self._masks)
 
     def from_peripherals(self, *, now: bool = True) -> list[int]:
         """Return the enabled interrupts of peripherals; if ``now`` is set, only interrupts that can be taken."""
@@ -135,21 +148,40 @@ class Waits:
         self._places = places
         self._quiet_ps = quiet_ps
 
-    def in_vain(self, loop: Loop) -> Cause | None:
-        if any(
-            self._may_change(peripheral.clocked, peripheral.next_change_ps())
-            for peripheral, _, _ in loop.registers
-        ):
+    def in_vain(self, loop: Loop, *, in_thread: bool = False) -> Cause | None:
+        """Return why the loop never ends. ``in_thread``: the loop runs when the active handlers have returned."""
+        interrupts = Interrupts(self._chip.core, loop.masks, in_thread=in_thread)
+        if loop.in_thread and self._may_switch(interrupts):
+            return None
+        if any(self._may_change(peripheral, interrupts) for peripheral, _, _ in loop.registers):
             return None
         if not loop.variables:
             return self._registers(loop) if loop.registers else Cause("an endless loop", [])
-        interrupts = Interrupts(self._chip.core, loop.masks)
         if interrupts.from_peripherals() or is_any_stream_on(self._chip.core):
             return None
         return self._variables(loop, interrupts.why_no_tick())
 
-    def _may_change(self, clocked: bool, next_change_ps: int) -> bool:
-        return clocked and (next_change_ps < NEVER_PS or self._quiet_ps < _PATIENCE_PS)
+    def _may_switch(self, interrupts: Interrupts) -> bool:
+        """Return whether another thread may run soon."""
+        core = self._chip.core
+        preempted = bool(interrupts.from_peripherals()) or not interrupts.why_no_tick()
+        return preempted and core.now_ps - core.switched_ps < _PATIENCE_PS
+
+    def _may_change(self, peripheral: Peripheral, interrupts: Interrupts) -> bool:
+        if not peripheral.clocked:
+            return False
+        if peripheral.next_change_ps() < NEVER_PS:
+            return True
+        since_ps = peripheral.quiet_since_ps()
+        if since_ps is None:
+            return self._quiet_ps < _PATIENCE_PS
+        return self._chip.core.now_ps - since_ps < _PATIENCE_PS and self._others_act(interrupts)
+
+    def _others_act(self, interrupts: Interrupts) -> bool:
+        """Return whether DMA or a handler may access a peripheral."""
+        if interrupts.from_peripherals() or is_any_stream_on(self._chip.core):
+            return True
+        return not interrupts.why_no_tick() and Probe(self._chip.core).handle(SYS_TICK) is None
 
     def _registers(self, loop: Loop) -> Cause:
         seen = sorted(
@@ -157,7 +189,9 @@ class Waits:
             for peripheral, offset, value in loop.registers
         )
         off = next((peripheral.name for peripheral, _, _ in loop.registers if not peripheral.clocked), "")
-        why = f"{off} has no clock and reads as 0." if off else "No scheduled event can change it."
+        masters = [peripheral for peripheral, _, _ in loop.registers if isinstance(peripheral, Spi)]
+        why = f"{off} has no clock and reads as 0." if off else next(map(why_no_byte, masters), "")
+        why = why or "No scheduled event can change it."
         return Cause(f"waits forever for {' and '.join(seen)} to change", [why])
 
     def _variables(self, loop: Loop, why: str) -> Cause | None:
@@ -184,8 +218,7 @@ class Waits:
 _HANDLER_AT_WORK_PS = 200 * PS_PER_MS  # longer than any correct handler runs
 _WRONG_ENDS = {"Error_Handler", "_Error_Handler", "__assert_func", "assert_failed", "abort", "_exit"}
 _SP, _LR = 13, 14
-_FRAME_BYTES, _FRAME_PC = 0x20, 0x18
-_SPSEL = 1 << 1  # CONTROL: Thread mode uses the process stack
+_FRAME_BYTES, _FRAME_LR, _FRAME_PC = 0x20, 0x14, 0x18
 
 
 class Hang:
@@ -201,6 +234,7 @@ class Hang:
         bus: Cause | None = None,
     ) -> None:
         self._bus = bus
+        self._low_power = chip.low_power
         self._core = core = chip.core
         self._places = places
         self._transfers = transfers
@@ -212,24 +246,44 @@ class Hang:
         self._trace = Backtrace(places, core.peek, core.memory)
         self._pc = core.pc
         self._calls = self._trace.calls(core.pc, core.register(_LR), core.register(_SP))
+        if core.uses_process_stack:
+            self._calls = self._own_calls(core.pc, core.register(_LR), core.register(_SP))
         self._callers = self._calls[1:]
 
     def diagnosis(self) -> Diagnosis | None:
         if self._core.asleep:
             return self._sleeping()
         if not self._core.active:
-            return None if self._interrupts.control & _SPSEL else self._in_thread()
+            return self._in_thread()
         if self._now_ps - self._core.thread_ps >= _HANDLER_AT_WORK_PS:
             return self._in_handler()
-        return self._interrupted_thread()
+        known = None if self._core.thread_frame else self._interrupted_thread()
+        return known or self._below_handler()
+
+    def _own_calls(self, pc: int, lr: int, sp: int) -> list[Call]:
+        """Return the calls of a thread on the process stack, without frames of other threads."""
+        return list(takewhile(lambda call: not call.interrupted, self._trace.calls(pc, lr, sp)))
 
     # -- the place of the loop --------------------------------------------------------------------------
 
     def _sleeping(self) -> Diagnosis | None:
+        low_power = self._low_power
+        if low_power.in_stop or low_power.in_standby:
+            return self._sleeping_deeply(low_power)
         if self._interrupts.tick_on or self._interrupts.from_peripherals(now=False):
             return None
         why = "WFI or WFE waits for an interrupt, but none is enabled."
         return self._report(self._pc, Cause("sleeps forever", [why, self._quiet()]))
+
+    def _sleeping_deeply(self, low_power: LowPower) -> Diagnosis | None:
+        if low_power.can_wake():
+            return None
+        if low_power.in_standby:
+            why = "Neither the WKUP pin nor an alarm or the wake-up timer of the RTC is on."
+            cause = Cause("Standby is never left, except by a reset", [why, self._quiet()])
+            return Diagnosis("stuck", cause.short, tuple(cause.sentences), fatal=False)
+        why = "No line of EXTI is on, and only EXTI wakes the chip from Stop: SysTick and the timers have no clock."
+        return self._report(self._pc, Cause("stays in Stop forever", [why, self._quiet()]))
 
     def _in_handler(self) -> Diagnosis | None:
         loop = Probe(self._core).loop()
@@ -248,14 +302,40 @@ class Hang:
 
     def _in_thread(self) -> Diagnosis | None:
         loop = Probe(self._core).loop()
-        cause = self._waits.in_vain(loop) if loop else None
-        if loop is None or cause is None:
+        return self._waiting(loop) if loop else None
+
+    def _waiting(self, loop: Loop) -> Diagnosis | None:
+        cause = self._waits.in_vain(loop, in_thread=True)
+        if cause is None:
             return None
         if loop.variables or loop.registers:
             cause = self._notes.cause({peripheral.name for peripheral, _, _ in loop.registers}) or cause
             cause.sentences.append(self._quiet())
             return self._report(self._outermost(loop), cause)
-        return self._read_once(loop) or self._endless(self._outermost(loop), cause)
+        return self._read_once(loop) or self._endless(self._outermost(loop), cause, loop.in_thread)
+
+    def _below_handler(self) -> Diagnosis | None:
+        """Check the thread that a handler has interrupted, as if the handler had returned."""
+        core, probe = self._core, Probe(self._core)
+        touched = probe.leave_handler() if core.active.bit_count() == 1 else None
+        if touched is None:
+            return None
+        loop = probe.loop()
+        if loop is None or any(peripheral in touched for peripheral, _, _ in loop.registers):
+            return None
+        frame = core.thread_frame
+        if frame:
+            pc, lr = core.peek(frame + _FRAME_PC) or 0, core.peek(frame + _FRAME_LR) or 0
+            self._calls = self._own_calls(pc, lr, frame + _FRAME_BYTES)
+        else:
+            self._calls = self._calls[
+                [call.interrupted for call in (*self._calls, Call(0, True))].index(True) :
+            ]
+        if not self._calls:
+            return None
+        self._pc = self._calls[0].address
+        self._callers = self._calls[1:]
+        return self._waiting(loop)
 
     def _interrupted_thread(self) -> Diagnosis | None:
         below = [call.address for call in self._calls if call.interrupted]
@@ -291,9 +371,11 @@ class Hang:
 
     # -- loops that read nothing ------------------------------------------------------------------------
 
-    def _endless(self, place: int, cause: Cause) -> Diagnosis | None:
+    def _endless(self, place: int, cause: Cause, in_thread: bool = False) -> Diagnosis | None:
         name = self._places.function_name(place)
         working = bool(self._interrupts.from_peripherals(now=False)) or self._tick_works()
+        if in_thread and name not in _WRONG_ENDS and (working or is_any_stream_on(self._core)):
+            return None
         if name == "Reset_Handler":
             return self._report(
                 place, Cause("main() has returned", ["A program for the chip must not return from main()."])

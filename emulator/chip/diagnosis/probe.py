@@ -19,7 +19,15 @@ from fcu_emulator.emulator.chip.registers import address_of, scb
 _LONGEST = 20_000  # instructions: a tenth of a second of wall time
 _LONGEST_HANDLER = 5_000
 _BELOW = 0x200  # bytes below SP that a called function may use
+_ABOVE = 0x100  # bytes above SP in which a thread's functions keep their local variables
 _SP = 13
+_SPSEL = 1 << 1  # CONTROL: Thread mode uses the process stack
+_PROCESS_STACK, _TO_THREAD, _BASIC_FRAME = (
+    1 << 2,
+    1 << 3,
+    1 << 4,
+)  # bits of EXC_RETURN (ARMv7-M ARM table B1-8)
+_FRAME_BYTES, _FLOATING_FRAME_BYTES = 0x20, 0x68
 _VTOR = address_of("SCB", scb.VTOR)
 
 
@@ -29,13 +37,14 @@ class Loop:
 
     ``code``: addresses of its instructions; ``variables``: RAM addresses that it reads;
     ``registers``: (peripheral, offset, value) of each register that it reads; ``masks``: values of
-    PRIMASK, BASEPRI and FAULTMASK.
+    PRIMASK, BASEPRI and FAULTMASK; ``in_thread``: it runs on the process stack.
     """
 
     code: frozenset[int]
     variables: frozenset[int]
     registers: frozenset[tuple[Peripheral, int, int]]
     masks: frozenset[Masks]
+    in_thread: bool = False
 
 
 class Probe:
@@ -44,6 +53,8 @@ class Probe:
     def __init__(self, core: Core) -> None:
         self._core = core
         self._acts = False
+        self._in_thread = core.uses_process_stack
+        self._touched: set[Peripheral] | None = None
         self._reads: set[int] = set()
         self._registers: set[tuple[Peripheral, int, int]] = set()
         self._copy = copy = BareCore()
@@ -65,6 +76,35 @@ class Probe:
         saved = [self._core.peek(frame + 4 * n) or 0 for n in range(8)]
         names = ("r0", "r1", "r2", "r3", "r12", "lr", "pc", "xpsr")
         CoreRegisters(self._copy, names).write(*saved)
+
+    def leave_handler(self) -> frozenset[Peripheral] | None:
+        """Finish the handler without effects on peripherals, and return to the thread (ARMv7-M ARM B1.5.8).
+
+        Return the peripherals that the handler accesses, or None if it does not return to Thread mode.
+        """
+        copy, touched = self._copy, set[Peripheral]()
+        self._touched = touched
+        stops = (copy.run(1) for _ in range(_LONGEST_HANDLER))
+        stop = next((stop for stop in stops if stop is not Stop.SLICE), None)
+        self._touched = None
+        exc_return = copy.pc
+        if stop is not Stop.EXCEPTION_RETURN or not exc_return & _TO_THREAD:
+            return None
+        self._in_thread = bool(exc_return & _PROCESS_STACK)
+        bank = "psp" if self._in_thread else "msp"
+        (frame,) = CoreRegisters(copy, (bank,)).read()
+        content = copy.memory(frame, _FRAME_BYTES)
+        if content is None:
+            return None
+        words = memoryview(bytes(content)).cast("I").tolist()
+        end = frame + (_FRAME_BYTES if exc_return & _BASIC_FRAME else _FLOATING_FRAME_BYTES)
+        end |= words[-1] >> 7 & 4  # bit 9 of xPSR: the frame is padded
+        names = ("xpsr", "control", bank, "r0", "r1", "r2", "r3", "r12", "lr", "pc")
+        CoreRegisters(copy, names).write(words[-1], _SPSEL * self._in_thread, end, *words[:-1])
+        copy.thumb = True
+        self._reads.clear()
+        self._registers.clear()
+        return frozenset(touched)
 
     # -- execution in the copy --------------------------------------------------------------------------
 
@@ -102,13 +142,16 @@ class Probe:
     def _handle(self, copy: BareCore, exception: int) -> frozenset[int] | None:
         before = bytes(copy.ram)
         sp = copy.register(_SP)
+        (main,) = CoreRegisters(copy, ("msp",)).read()
+        handlers = range(main - _BELOW, main)  # the handler's stack
         if not copy.enter_exception(exception, self._core.peek(_VTOR) or 0):
             return None
         for _ in range(_LONGEST_HANDLER):
             stop = copy.run(1)
             if stop is Stop.EXCEPTION_RETURN:
                 changed = (at for at in range(RAM_SIZE) if copy.ram[at] != before[at])
-                return frozenset(RAM + at for at in changed if not self._on_stack(RAM + at, sp))
+                every = (RAM + at for at in changed)
+                return frozenset(at for at in every if not self._on_stack(at, sp) and at not in handlers)
             if stop is not Stop.SLICE or self._acts:
                 return None
         return None
@@ -119,10 +162,13 @@ class Probe:
     def _described(self, code: set[int]) -> Loop:
         sp = self._copy.register(_SP)
         variables = (at for at in self._reads if not self._on_stack(at, sp))
-        return Loop(frozenset(code), frozenset(variables), frozenset(self._registers), frozenset(self._masks))
+        registers, masks = frozenset(self._registers), frozenset(self._masks)
+        return Loop(frozenset(code), frozenset(variables), registers, masks, self._in_thread)
 
     def _on_stack(self, address: int, sp: int) -> bool:
         top = int.from_bytes(self._copy.flash[:4], "little")
+        if self._in_thread:
+            top = min(top, sp + _ABOVE)  # the end of the thread's stack is unknown
         return sp <= top and sp - _BELOW <= address < top
 
     # -- accesses of the copy ---------------------------------------------------------------------------
@@ -141,6 +187,9 @@ class Probe:
             self._acts = True
             return 0
         peripheral, offset = found
+        if self._touched is not None:
+            self._touched.add(peripheral)
+            return peripheral.peek(offset) if peripheral.clocked else 0
         if not peripheral.clocked:
             value = 0
         elif peripheral.pure_read(offset):
@@ -153,4 +202,7 @@ class Probe:
 
     def _register_written(self, address: int, _size: int, _value: int) -> None:
         found = self._core.find(address & ~3)
+        if self._touched is not None and found is not None:
+            self._touched.add(found[0])
+            return
         self._acts |= found is None or found[0].clocked

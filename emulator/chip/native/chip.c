@@ -67,6 +67,7 @@ void fcu_status(const Chip *chip, Status *status) {
       .skipped = chip->poll_skip.skipped,
       .accesses = chip->poll_skip.accesses,
       .thread_ps = chip->exceptions.thread_ps,
+      .switched_ps = chip->exceptions.switched_ps,
       .pending = {nvic->pending[0], nvic->pending[1]},
       .enabled = {nvic->enabled[0], nvic->enabled[1]},
       .active = {nvic->active[0], nvic->active[1]},
@@ -75,6 +76,7 @@ void fcu_status(const Chip *chip, Status *status) {
       .locked_up = chip->exceptions.locked_up,
       .locked_up_pc = chip->exceptions.locked_up_pc,
       .asleep = chip->run_loop.asleep,
+      .thread_frame = chip->exceptions.thread_frame,
   };
 }
 
@@ -196,6 +198,7 @@ void peripheral_write(Peripheral *peripheral, uint32_t offset, unsigned size, ui
   } else if (!peripheral_has_register(peripheral, peripheral->base + word)) {
     report_ignored(peripheral, word, WRITE_UNKNOWN, value << shift & mask);
   } else {
+    peripheral->active_ps = peripheral->chip->now_ps;
     peripheral->type->write(peripheral, word, value << shift & mask, mask);
   }
 }
@@ -270,6 +273,18 @@ int32_t fcu_is_pure(Chip *chip, int32_t index, uint32_t offset) {
   return !peripheral->type->is_pure || peripheral->type->is_pure(peripheral, offset);
 }
 
+int64_t fcu_next_change(const Chip *chip, int32_t index) {
+  int64_t next_ps = NEVER_PS;
+  for (int event = 0; event < chip->event_count; event++) {
+    if (chip->event_peripheral[event]->index == index && chip->event_ps[event] < next_ps) {
+      next_ps = chip->event_ps[event];
+    }
+  }
+  return next_ps;
+}
+
+int64_t fcu_active_ps(const Chip *chip, int32_t index) { return chip->peripherals[index]->active_ps; }
+
 void fcu_write_peripheral(Chip *chip, int32_t index, uint32_t offset, uint32_t value, uint32_t mask) {
   chip_settle(chip);
   chip->peripherals[index]->type->write(chip->peripherals[index], offset, value & mask, mask);
@@ -340,6 +355,7 @@ static void fire_earliest(Chip *chip) {
   chip->now_ps = chip->due_ps;
   chip->event_ps[earliest] = NEVER_PS;
   update_next_event(chip);
+  chip->event_peripheral[earliest]->active_ps = chip->now_ps;
   chip->event_fire[earliest](chip->event_peripheral[earliest]);
   chip->work += WORK_EVENT;
   cost->times++;

@@ -38,6 +38,9 @@ typedef struct {
   /* Reset all peripherals, RCC after the others. */
   void (*reset)(int64_t now_ps, int32_t reason);
   void (*accessed)(int64_t now_ps, uint32_t address, uint32_t size, int32_t written);
+  /* The core sleeps with SLEEPDEEP set. Return the wake-up time of Stop in ps, or a value of enum DeepSleep. */
+  int64_t (*deep_sleep)(int64_t now_ps);
+  void (*stop_ended)(int64_t now_ps); /* Switch the clocks on again. */
 } Host;
 
 /* Frequencies in Hz that RCC sets (RM0368 section 6.2). The nominal frequencies assume oscillators without

@@ -97,11 +97,13 @@ typedef struct {
      counted */
   int64_t accesses;
   int64_t thread_ps;
+  int64_t switched_ps;
   uint64_t pending[2], enabled[2], active[2]; /* bit = exception number */
   int64_t execution_priority;                 /* ARMv7-M ARM B1.5.4; 256: no active exception */
   uint32_t lowest_msp;                        /* lowest main stack pointer after an exception entry */
   uint32_t locked_up, locked_up_pc;
   uint32_t asleep;
+  uint32_t thread_frame;
 } Status;
 void fcu_status(const Chip *chip, Status *status);
 /* Return the most expensive kind of work since power-on. */
@@ -157,6 +159,9 @@ uint32_t fcu_read_peripheral(Chip *chip, int32_t index, uint32_t offset);
 uint32_t fcu_peek_peripheral(Chip *chip, int32_t index, uint32_t offset);
 /* Return 1 if a read has no side effect and the value does not change continuously. */
 int32_t fcu_is_pure(Chip *chip, int32_t index, uint32_t offset);
+/* Return the time of the peripheral's earliest event, and of its latest write or event. */
+int64_t fcu_next_change(const Chip *chip, int32_t index);
+int64_t fcu_active_ps(const Chip *chip, int32_t index);
 void fcu_write_peripheral(Chip *chip, int32_t index, uint32_t offset, uint32_t value, uint32_t mask);
 
 /* -- interrupt lines, alternate functions: chip.c ----------------------------------------------------- */

@@ -2,7 +2,7 @@
 
 The calibration values are typical values (STM32F401xB/C datasheet).
 
-Freeze bits have no effect, because a halt stops virtual time.
+Freeze bits have no effect, because a halt stops virtual time. Only power-on resets the registers (23.16.1).
 """
 
 from __future__ import annotations
@@ -10,7 +10,8 @@ from __future__ import annotations
 import struct
 
 from fcu_emulator.emulator.chip.peripherals.peripheral import Peripheral
-from fcu_emulator.emulator.chip.registers import DECLARED
+from fcu_emulator.emulator.chip.registers import DECLARED, dbgmcu
+from fcu_emulator.emulator.chip.registers.declaration import masks
 
 SYSTEM_MEMORY = 0x1FFF_7A00
 """The address of the bytes that :func:`system_memory` returns."""
@@ -20,10 +21,22 @@ FLASH_KIB = 256
 _UID, _FLASH_SIZE, _VREFINT_CAL = 0x10, 0x22, 0x2A
 _FIRST_COORDINATES = 0x0025_0031  # the wafer coordinates of board 0
 _FULL_SCALE, _VDDA = 4095, 3.3
+_CR = dbgmcu.CR.addr
+DBG_STANDBY, DBG_STOP = masks(dbgmcu.CR.DBG_STANDBY, dbgmcu.CR.DBG_STOP)
 
 
 class Dbgmcu(Peripheral, declared=DECLARED["DBGMCU"]):
-    """Identity code, and freeze bits without effect."""
+    """Identity code, the bits for Stop and Standby, and freeze bits without effect."""
+
+    def reset(self) -> None:
+        """Keep the registers at a system reset."""
+
+    def lose_power(self) -> None:
+        super().reset()
+
+    def has(self, bit: int) -> bool:
+        """Return whether ``bit`` of CR is set."""
+        return bool(self.registers[_CR] & bit)
 
 
 def system_memory(board: int = 0) -> bytes:

@@ -11,15 +11,17 @@ from __future__ import annotations
 from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, Peripheral, Soc
 
 GOTGCTL, GUSBCFG, GRSTCTL, GINTSTS, GRXFSIZ = 0x00, 0x0C, 0x10, 0x14, 0x24
-DIEPTXF0, GNPTXSTS, CID, DCFG, DSTS = 0x28, 0x2C, 0x3C, 0x800, 0x808
+DIEPTXF0, GNPTXSTS, CID, HPTXFSIZ, DIEPTXF1 = 0x28, 0x2C, 0x3C, 0x100, 0x104
+HFIR, HFNUM, HPTXSTS = 0x404, 0x408, 0x410
+DCFG, DSTS, DVBUSDIS, DVBUSPULSE = 0x800, 0x808, 0x828, 0x82C
 _ENDPOINTS, _ENDPOINT_STEP = 4, 0x20
-DIEPINT, DTXFSTS = 0x908, 0x918  # registers of endpoint 0
+DIEPCTL, DIEPINT, DTXFSTS, DOEPCTL, DOEPINT = 0x900, 0x908, 0x918, 0xB00, 0xB08  # of endpoint 0
 _FIFOS = range(0x1000, 0x2_0000)
 
 _CONNECTOR_ID, _B_DEVICE = GOTGCTL, 1 << 16
 _FORCE_HOST, _HOST_MODE = 1 << 29, 1 << 0
 _AHB_IDLE, _CORE_RESET = 1 << 31, 1 << 0
-_FIFO_EMPTY, _FIFO_WORDS = 1 << 7, 0x200
+_FIFO_EMPTY, _FIFO_WORDS, _ACTIVE_ENDPOINT = 1 << 7, 0x200, 1 << 15
 
 _RESETS = {
     _CONNECTOR_ID: _B_DEVICE,
@@ -30,14 +32,25 @@ _RESETS = {
     DIEPTXF0: 0x200,
     GNPTXSTS: 0x0008_0200,
     CID: 0x1000,
+    HPTXFSIZ: 0x0200_0600,
+    **{DIEPTXF1 + 4 * number: 0x0200_0400 for number in range(_ENDPOINTS - 1)},
+    HFIR: 0xEA60,
+    HFNUM: 0x3FFF,
+    HPTXSTS: 0x0008_0100,
     DCFG: 0x0220_0000,
     DSTS: 0x10,
+    DVBUSDIS: 0x17D7,
+    DVBUSPULSE: 0x05B8,
+    DIEPCTL: _ACTIVE_ENDPOINT,
+    DOEPCTL: _ACTIVE_ENDPOINT,
 } | {
     first + _ENDPOINT_STEP * number: value
     for number in range(_ENDPOINTS)
-    for first, value in ((DIEPINT, _FIFO_EMPTY), (DTXFSTS, _FIFO_WORDS))
+    for first, value in ((DIEPINT, _FIFO_EMPTY), (DTXFSTS, _FIFO_WORDS), (DOEPINT, _FIFO_EMPTY))
 }
-_READ_ONLY = frozenset(_RESETS) - {GUSBCFG, GRXFSIZ, DIEPTXF0, CID, DCFG}
+_READ_ONLY = frozenset((_CONNECTOR_ID, GRSTCTL, GINTSTS, GNPTXSTS, HFNUM, HPTXSTS, DSTS)) | {
+    first + _ENDPOINT_STEP * number for number in range(_ENDPOINTS) for first in (DIEPINT, DTXFSTS, DOEPINT)
+}
 
 
 class OtgFs(Peripheral):

@@ -191,3 +191,10 @@ class Peripheral:
     def next_change_ps(self) -> int:
         """Return the time of the next change that happens without an access or event."""
         return NEVER_PS
+
+    def quiet_since_ps(self) -> int | None:
+        """Return the time of the latest activity if only firmware can start another activity.
+
+        None: signals from outside can change the registers.
+        """
+        return None

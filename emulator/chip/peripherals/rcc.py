@@ -299,14 +299,37 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
             return self._oscillators.hse_hz // divider if divider >= 2 else 0
         return LSE_HZ if name == "LSE" else LSI_HZ
 
+    def stop(self) -> None:
+        """Select HSI, and switch HSE and the PLLs off, as after Stop (5.3.5, 6.3.1, 6.3.3)."""
+        for name in ("HSE", "PLL", "PLLI2S"):
+            self.registers[CR] &= ~(_SOURCES[name].on | _SOURCES[name].ready)
+            if name in self._starting:
+                self._starting.pop(name).cancel()
+        self.registers[CR] |= _SOURCES["HSI"].on | _SOURCES["HSI"].ready
+        self.registers[CFGR] = rcc.CFGR.SW.put(rcc.CFGR.SWS.put(self.registers[CFGR], HSI), HSI)
+        self._update()
+
+    def standby(self) -> None:
+        """Reset all registers except the backup domain and LSI, which continue in Standby (5.3.6)."""
+        self.stop()
+        self._reset_registers({CSR: self.registers[CSR]})
+
     def reset_because(self, reason: str) -> None:
-        self.registers[CSR] |= _RESET_FLAG["PIN"] | _RESET_FLAG[reason]
+        """Set the flags of a reset; the end of Standby is a power reset (6.1.2)."""
+        if reason == "STANDBY":
+            self.registers[CSR] = self.REGISTERS[CSR]
+        else:
+            self.registers[CSR] |= _RESET_FLAG["PIN"] | _RESET_FLAG[reason]
 
     def reset(self) -> None:
         """Reset all registers except the backup domain and the reset flags (6.3.20, 6.3.21)."""
-        kept = {BDCR: self.registers[BDCR], CSR: self.registers[CSR] & _FLAGS}
         for name in [name for name in self._starting if _SOURCES[name].register != BDCR]:
             self._starting.pop(name).cancel()
+        self._adopted = None  # after Stop and Standby all clocks start again
+        self._reset_registers({CSR: self.registers[CSR] & _FLAGS})
+
+    def _reset_registers(self, kept: dict[int, int]) -> None:
+        kept |= {BDCR: self.registers[BDCR]}
         for gates in ENABLE:
             self._note_clock_off(gates, self.registers[gates])
         self.registers = dict(self.REGISTERS) | kept

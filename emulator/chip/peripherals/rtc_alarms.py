@@ -30,7 +30,7 @@ def matches(alarm: int, time: int, date: int) -> bool:
         if day != wanted:
             return False
     fields = (
-        (rtc.ALRMAR.MSK3.mask, 0x3F_0000),
+        (rtc.ALRMAR.MSK3.mask, rtc.ALRMAR.PM.mask | 0x3F_0000),
         (rtc.ALRMAR.MSK2.mask, 0x7F00),
         (rtc.ALRMAR.MSK1.mask, 0x7F),
     )

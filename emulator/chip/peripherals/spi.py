@@ -18,18 +18,39 @@ from typing import Any, Final, get_args
 from fcu_emulator.emulator.boards.description import AbsentPart
 from fcu_emulator.emulator.buses.gpio import Gpio, parse_pin
 from fcu_emulator.emulator.buses.spi import SpiBus
-from fcu_emulator.emulator.chip.library import FcuChip
+from fcu_emulator.emulator.chip.library import PERIPHERAL_CLASSES, FcuChip, NativePeripheral
 from fcu_emulator.emulator.chip.peripherals.gpio import PORTS
+from fcu_emulator.emulator.chip.registers import spi
+from fcu_emulator.emulator.chip.registers.declaration import masks, offsets
 from fcu_emulator.emulator.trace import DeviceNote
 from fcu_emulator.sensors.declaration import Mode, Wires
 from fcu_emulator.sensors.spi import SpiTarget
 
+(_CR1,) = offsets(spi.CR1)
+(_MSTR,) = masks(spi.CR1.MSTR)
 _FASTEST_HZ = 10_000_000  # SPI clock frequency in the three datasheets
 _MODES: Final[tuple[Mode, ...]] = get_args(Mode)
 _RECEIVED = 256  # SPI_RECEIVED of spi.h
 _SENSORS = 4  # SPI_SENSORS
 
 _i32, _i64 = ctypes.c_int32, ctypes.c_int64
+
+
+class Spi(NativePeripheral):
+    """One SPI. A master clocks a byte only if firmware or DMA asks for it (RM0368 20.3.3)."""
+
+    def next_change_ps(self) -> int:
+        at_ps: int = self._chip.library.fcu_next_change(self._chip.handle, self.index)
+        return at_ps
+
+    def quiet_since_ps(self) -> int | None:
+        if not self.peek(_CR1) & _MSTR:
+            return None
+        at_ps: int = self._chip.library.fcu_active_ps(self._chip.handle, self.index)
+        return at_ps
+
+
+PERIPHERAL_CLASSES["SPI"] = Spi
 
 
 class _CachedMessage(ctypes.Structure):

@@ -88,6 +88,10 @@ class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
             return NOT_CACHEABLE_PS
         return NEVER_PS if self._deadline_ps is None else self._same_until_ps
 
+    @property
+    def is_running(self) -> bool:
+        return self._deadline_ps is not None
+
     def _due(self) -> None:
         assert self._event is not None
         assert self._deadline_ps is not None
@@ -117,6 +121,7 @@ class Wwdg(Peripheral, declared=DECLARED["WWDG"]):
         self._irq = irq
         self._hz = soc.clocks.pclk1_hz
         self._since_ps = 0
+        self._frozen = False
         self._event: Event | None = None
         soc.clocks.on_change(self._clock_changed)
 
@@ -163,9 +168,16 @@ class Wwdg(Peripheral, declared=DECLARED["WWDG"]):
             return
         self._plan()
 
+    def freeze(self, frozen: bool) -> None:
+        """Stop the counter in Stop, or let it continue."""
+        if self._frozen != frozen:
+            self._store_counter()
+            self._frozen = frozen
+            self._plan()
+
     def _counter(self) -> int:
         value = wwdg.CR.T.get(self.registers[WWDG_CR])
-        if not self.registers[WWDG_CR] & _WDGA:
+        if not self.registers[WWDG_CR] & _WDGA or self._frozen:
             return value
         elapsed_ps = self.soc.clock.now_ps - self._since_ps
         counts = ((elapsed_ps + 1) * self._hz - 1) // (PS_PER_S * self._divider())
@@ -191,7 +203,7 @@ class Wwdg(Peripheral, declared=DECLARED["WWDG"]):
         if self._event is not None:
             self._event.cancel()
             self._event = None
-        if not self.registers[WWDG_CR] & _WDGA:
+        if not self.registers[WWDG_CR] & _WDGA or self._frozen:
             return
         counter = wwdg.CR.T.get(self.registers[WWDG_CR])
         early = self._counter() > _T6 and not self.registers[WWDG_SR] & _EWIF

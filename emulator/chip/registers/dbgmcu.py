@@ -21,8 +21,8 @@ class CR(Word, addr=0x04):
 
     TRACE_MODE = Bits(7, 6, modelled=False, doc="trace pins")
     TRACE_IOEN = Bits(5, modelled=False, doc="trace pins on")
-    DBG_STANDBY = Bits(2, modelled=False, doc="debug in standby")
-    DBG_STOP = Bits(1, modelled=False, doc="debug in stop")
+    DBG_STANDBY = Bits(2, doc="debug in standby")
+    DBG_STOP = Bits(1, doc="debug in stop")
     DBG_SLEEP = Bits(0, modelled=False, doc="debug in sleep")
 
 

@@ -12,7 +12,7 @@ INSTANCES = ("RTC",)
 class TR(Word, addr=0x00):
     """Time, BCD."""
 
-    PM = Bits(22, modelled=False, doc="afternoon")
+    PM = Bits(22, doc="afternoon")
     HT = Bits(21, 20, doc="hours, tens")
     HU = Bits(19, 16, doc="hours, units")
     MNT = Bits(14, 12, doc="minutes, tens")
@@ -41,32 +41,32 @@ class CR(Word, addr=0x08):
     POL = Bits(20, modelled=False, doc="output polarity")
     COSEL = Bits(19, modelled=False, doc="calibration output at 1 Hz")
     BKP = Bits(18, doc="free bit: software can store in it that it is summer time")
-    SUB1H = Bits(17, access="w", modelled=False, doc="subtracts an hour")
-    ADD1H = Bits(16, access="w", modelled=False, doc="adds an hour")
-    TSIE = Bits(15, modelled=False, doc="interrupt on time stamp")
+    SUB1H = Bits(17, access="w", doc="subtracts an hour")
+    ADD1H = Bits(16, access="w", doc="adds an hour")
+    TSIE = Bits(15, doc="interrupt on time stamp")
     WUTIE = Bits(14, doc="interrupt on wake-up timer")
     ALRBIE = Bits(13, doc="interrupt on alarm B")
     ALRAIE = Bits(12, doc="interrupt on alarm A")
-    TSE = Bits(11, modelled=False, doc="time stamp on")
+    TSE = Bits(11, doc="time stamp on")
     WUTE = Bits(10, doc="wake-up timer on")
     ALRBE = Bits(9, doc="alarm B on")
     ALRAE = Bits(8, doc="alarm A on")
     DCE = Bits(7, modelled=False, doc="coarse calibration on")
-    FMT = Bits(6, modelled=False, doc="12 hour format")
+    FMT = Bits(6, doc="12 hour format")
     BYPSHAD = Bits(5, doc="shadow registers are bypassed")
     REFCKON = Bits(4, modelled=False, doc="reference clock detection")
-    TSEDGE = Bits(3, modelled=False, doc="edge of the time stamp")
+    TSEDGE = Bits(3, doc="edge of the time stamp")
     WUCKSEL = Bits(2, 0, doc="clock of the wake-up timer")
 
 
 class ISR(Word, addr=0x0C, access="rc_w0", reset=0x7):
     """Initialisation and status."""
 
-    RECALPF = Bits(16, access="r", modelled=False, doc="recalibration pending")
+    RECALPF = Bits(16, access="r", doc="recalibration pending")
     TAMP2F = Bits(14, modelled=False, doc="tamper 2")
-    TAMP1F = Bits(13, modelled=False, doc="tamper 1")
-    TSOVF = Bits(12, modelled=False, doc="time stamp overflow")
-    TSF = Bits(11, modelled=False, doc="time stamp")
+    TAMP1F = Bits(13, doc="tamper 1")
+    TSOVF = Bits(12, doc="time stamp overflow")
+    TSF = Bits(11, doc="time stamp")
     WUTF = Bits(10, doc="wake-up timer")
     ALRBF = Bits(9, doc="alarm B")
     ALRAF = Bits(8, doc="alarm A")
@@ -74,7 +74,7 @@ class ISR(Word, addr=0x0C, access="rc_w0", reset=0x7):
     INITF = Bits(6, access="r", doc="the calendar can be written")
     RSF = Bits(5, doc="the shadow registers are up to date")
     INITS = Bits(4, access="r", doc="the year is not 0")
-    SHPF = Bits(3, access="r", modelled=False, doc="shift pending")
+    SHPF = Bits(3, access="r", doc="shift pending")
     WUTWF = Bits(2, access="r", doc="the wake-up timer can be written")
     ALRBWF = Bits(1, access="r", doc="alarm B can be written")
     ALRAWF = Bits(0, access="r", doc="alarm A can be written")
@@ -108,7 +108,7 @@ class ALRMAR(Word, addr=0x1C):
     DT = Bits(29, 28, doc="day, tens")
     DU = Bits(27, 24, doc="day, units")
     MSK3 = Bits(23, doc="the hours are ignored")
-    PM = Bits(22, modelled=False, doc="afternoon")
+    PM = Bits(22, doc="afternoon")
     HT = Bits(21, 20, doc="hours, tens")
     HU = Bits(19, 16, doc="hours, units")
     MSK2 = Bits(15, doc="the minutes are ignored")
@@ -135,14 +135,14 @@ class SSR(Word, addr=0x28, access="r"):
     SS = Bits(15, 0, doc="the synchronous prescaler's counter")
 
 
-class SHIFTR(Word, addr=0x2C, access="w", modelled=False):
+class SHIFTR(Word, addr=0x2C, access="w"):
     """Shift control."""
 
     ADD1S = Bits(31, doc="adds a second")
     SUBFS = Bits(14, 0, doc="subtracts a fraction of a second")
 
 
-class TSTR(Word, addr=0x30, access="r", modelled=False):
+class TSTR(Word, addr=0x30, access="r"):
     """Time stamp time."""
 
     PM = Bits(22, doc="afternoon")
@@ -154,7 +154,7 @@ class TSTR(Word, addr=0x30, access="r", modelled=False):
     SU = Bits(3, 0, doc="seconds, units")
 
 
-class TSDR(Word, addr=0x34, access="r", modelled=False):
+class TSDR(Word, addr=0x34, access="r"):
     """Time stamp date."""
 
     WDU = Bits(15, 13, doc="weekday")
@@ -164,13 +164,13 @@ class TSDR(Word, addr=0x34, access="r", modelled=False):
     DU = Bits(3, 0, doc="day, units")
 
 
-class TSSSR(Word, addr=0x38, access="r", modelled=False):
+class TSSSR(Word, addr=0x38, access="r"):
     """Time stamp subseconds."""
 
     SS = Bits(15, 0, doc="subseconds")
 
 
-class CALR(Word, addr=0x3C, modelled=False):
+class CALR(Word, addr=0x3C):
     """Smooth calibration."""
 
     CALP = Bits(15, doc="adds pulses")
@@ -179,19 +179,19 @@ class CALR(Word, addr=0x3C, modelled=False):
     CALM = Bits(8, 0, doc="number of removed pulses")
 
 
-class TAFCR(Word, addr=0x40, modelled=False):
+class TAFCR(Word, addr=0x40):
     """Tamper and alternate function configuration."""
 
-    ALARMOUTTYPE = Bits(18, doc="alarm output is push-pull")
-    TSINSEL = Bits(17, doc="time stamp pin")
-    TAMP1INSEL = Bits(16, doc="tamper 1 pin")
+    ALARMOUTTYPE = Bits(18, modelled=False, doc="alarm output is push-pull")
+    TSINSEL = Bits(17, modelled=False, doc="time stamp pin")
+    TAMP1INSEL = Bits(16, modelled=False, doc="tamper 1 pin")
     TAMPPUDIS = Bits(15, doc="no pull-up")
-    TAMPPRCH = Bits(14, 13, doc="precharge")
+    TAMPPRCH = Bits(14, 13, modelled=False, doc="precharge")
     TAMPFLT = Bits(12, 11, doc="filter")
     TAMPFREQ = Bits(10, 8, doc="sampling rate")
     TAMPTS = Bits(7, doc="time stamp on tamper")
-    TAMP2TRG = Bits(4, doc="tamper 2, edge or level")
-    TAMP2E = Bits(3, doc="tamper 2 on")
+    TAMP2TRG = Bits(4, modelled=False, doc="tamper 2, edge or level")
+    TAMP2E = Bits(3, modelled=False, doc="tamper 2 on")
     TAMPIE = Bits(2, doc="interrupt on tamper")
     TAMP1TRG = Bits(1, doc="tamper 1, edge or level")
     TAMP1E = Bits(0, doc="tamper 1 on")

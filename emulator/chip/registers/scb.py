@@ -67,7 +67,7 @@ class SCR(Word, addr=0xD10):
     """System control."""
 
     SEVONPEND = Bits(4, doc="an interrupt that becomes pending wakes WFE")
-    SLEEPDEEP = Bits(2, modelled=False, doc="deep sleep")
+    SLEEPDEEP = Bits(2, doc="deep sleep")
     SLEEPONEXIT = Bits(1, doc="sleeps when the last handler returns")
 
 

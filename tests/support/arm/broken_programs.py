@@ -39,15 +39,31 @@ RUN_S = {
     "reset_for_ever": 0.1,
     "reset_in_fault": 0.05,
     "slow_callback": 0.3,
+    "spi_direction": 0.05,
+    "spi_while_blinking": 3.1,
     "stack_into_data": 0.05,
     "stack_overflow": 0.01,
     "stripped": 0.01,
+    "thread_masked": 0.05,
+    "thread_on_spi": 3.1,
     "tick_off": 0.05,
     "unshifted_address": 0.05,
     "watchdog": 0.3,
     "wrong_address": 0.05,
 }
 """Virtual time after which each program is diagnosed."""
+
+FINE = (
+    "fine_callback",
+    "fine_flash",
+    "fine_gated",
+    "fine_idle_thread",
+    "fine_masked",
+    "fine_quiet",
+    "fine_spi",
+    "fine_threads",
+)
+"""Correct programs, which get no diagnosis."""
 
 
 def run(name: str, folder: Path = FOLDER) -> Board:

@@ -37,7 +37,7 @@ static bool pend_fault(Chip *chip, Fault fault);
 
 void exceptions_reset(Chip *chip) {
   chip->exceptions = (Exceptions){.lowest_msp = HIGHEST_ADDRESS};
-  chip->exceptions.thread_ps = cycle_clock_ps(&chip->cycle_clock, 0);
+  chip->exceptions.thread_ps = chip->exceptions.switched_ps = cycle_clock_ps(&chip->cycle_clock, 0);
 }
 
 static int execution_priority(const Chip *chip) {
@@ -73,6 +73,7 @@ static bool push_stack(Chip *chip) {
   exceptions->exc_return = EXC_RETURN | (floating ? 0 : BASIC_FRAME);
   if (!in_handler(core)) {
     exceptions->exc_return |= THREAD | (core->control & SPSEL ? PROCESS_STACK : 0);
+    exceptions->thread_frame = core->control & SPSEL ? frame : 0;
   }
   if (frame < exceptions->lowest_msp && !(exceptions->exc_return & PROCESS_STACK)) {
     exceptions->lowest_msp = frame;
@@ -277,6 +278,7 @@ static void tail_chain_fault(Chip *chip, Fault fault, uint32_t exc_return) {
 static bool return_to_context(Chip *chip, uint32_t exc_return) {
   uint32_t address, xpsr;
   bool to_thread = (exc_return & 0xF) != TO_HANDLER;
+  uint32_t frame = (exc_return & 0xF) == TO_PROCESS ? read_stack_pointer(&chip->core, true) : 0;
   if (!pop_stack(chip, exc_return, &address, &xpsr)) {
     tail_chain_fault(chip, UNSTACKING, exc_return);
     return false;
@@ -290,6 +292,9 @@ static bool return_to_context(Chip *chip, uint32_t exc_return) {
   }
   if (to_thread) {
     chip->exceptions.thread_ps = cycle_clock_ps(&chip->cycle_clock, 0);
+    if (frame != chip->exceptions.thread_frame) {
+      chip->exceptions.switched_ps = chip->exceptions.thread_ps;
+    }
   }
   return to_thread && chip->scb.scr & SCR_SLEEPONEXIT;
 }

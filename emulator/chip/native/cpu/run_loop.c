@@ -10,6 +10,7 @@
 #define MAX_RUN 2000000                  /* instructions: about 10 ms of the host */
 #define MAX_CHAIN 1000                   /* instructions without a return to the main loop; larger than a block */
 #define RESET_PULSE_PS INT64_C(20000000) /* minimum (RM0368 6.1.1) */
+#define STANDBY_PS INT64_C(314000000)    /* wake-up from Standby, typical (STM32F401xB/C datasheet, wake-up timings) */
 
 void run_loop_create(Chip *chip) {
   cycle_clock_create(&chip->cycle_clock, 13, 10, chip->clocks.hclk_hz);
@@ -266,19 +267,69 @@ static void execute_run(Chip *chip) {
 
 /* -- sleep and reset ------------------------------------------------------------------------------------- */
 
+static bool is_woken(Chip *chip) {
+  if (chip->run_loop.asleep == SLEEPS_WFE) {
+    bool event = chip->nvic.event_register;
+    chip->nvic.event_register = 0;
+    return event || exceptions_may_preempt(chip);
+  }
+  return exceptions_end_wfi(chip);
+}
+
+static void wake(Chip *chip) {
+  RunLoop *run_loop = &chip->run_loop;
+  bool stopped = run_loop->depth == STOPPED || run_loop->depth == WAKING;
+  run_loop->asleep = AWAKE;
+  run_loop->depth = LIGHT;
+  if (stopped) {
+    python_registers_invalidate(chip);
+    chip->host.stop_ended(chip->now_ps);
+  }
+}
+
+/* Sleep with SLEEPDEEP set (RM0368 5.3.5, 5.3.6). Return false if the chip does not sleep. */
+static bool sleep_deeply(Chip *chip) {
+  RunLoop *run_loop = &chip->run_loop;
+  python_registers_invalidate(chip);
+  int64_t result = chip->host.deep_sleep(chip->now_ps);
+  run_loop->depth = result == DEEP_STANDBY ? STANDBY : result == DEEP_WITH_CLOCKS ? CLOCKED : STOPPED;
+  run_loop->wake_up_ps = result;
+  if (result == DEEP_REFUSED) {
+    run_loop->depth = LIGHT;
+    wake(chip);
+  }
+  return run_loop->asleep;
+}
+
+/* In Stop only EXTI has a clock, so other interrupts do not end it. */
+static bool stays_stopped(Chip *chip) {
+  RunLoop *run_loop = &chip->run_loop;
+  if (run_loop->depth == STOPPED && exti_wakes(&chip->exti) && is_woken(chip)) {
+    run_loop->depth = WAKING;
+    run_loop->wakes_ps = chip->now_ps + run_loop->wake_up_ps;
+  }
+  if (run_loop->depth == WAKING && chip->now_ps >= run_loop->wakes_ps) {
+    wake(chip);
+  }
+  return run_loop->asleep;
+}
+
 static bool stays_asleep(Chip *chip) {
   RunLoop *run_loop = &chip->run_loop;
-  bool awake = true;
-  if (run_loop->asleep == SLEEPS_WFI) {
-    awake = exceptions_end_wfi(chip);
-  } else if (run_loop->asleep == SLEEPS_WFE) {
-    awake = chip->nvic.event_register || exceptions_may_preempt(chip);
-    chip->nvic.event_register = 0;
+  if (run_loop->asleep == AWAKE) {
+    return false;
   }
-  if (awake) {
-    run_loop->asleep = AWAKE;
+  if (run_loop->depth == STANDBY) {
+    return true;
   }
-  return !awake;
+  if (run_loop->depth == STOPPED || run_loop->depth == WAKING) {
+    return stays_stopped(chip);
+  }
+  if (is_woken(chip)) {
+    wake(chip);
+    return false;
+  }
+  return run_loop->depth == CLOCKED || !scb_sleeps_deeply(&chip->scb) || sleep_deeply(chip);
 }
 
 static void report_lock_up(Chip *chip) {
@@ -311,13 +362,15 @@ static void reset(Chip *chip) {
   int32_t reason = run_loop->reset_reason;
   run_loop->reset_reason = RESET_NONE;
   run_loop->asleep = AWAKE;
+  run_loop->depth = LIGHT;
   run_loop->reported_lock_up = 0;
   int64_t before = chip->work;
   python_registers_invalidate(chip);
   chip->host.reset(chip->now_ps, reason); /* RCC is reset last, so that no peripheral gets new clocks with old
                                              settings */
   fcu_start(chip);
-  cycle_clock_sleep_until(&chip->cycle_clock, chip->now_ps + RESET_PULSE_PS);
+  int64_t pulse_ps = reason == RESET_STANDBY ? STANDBY_PS : RESET_PULSE_PS;
+  cycle_clock_sleep_until(&chip->cycle_clock, chip->now_ps + pulse_ps);
   chip->work += WORK_RESET;
   chip->costs.resets.times++;
   chip->costs.resets.work += chip->work - before;
@@ -354,7 +407,11 @@ void fcu_resume(Chip *chip, int32_t step) {
   chip->run_loop.stepping = step != 0;
 }
 
-void fcu_wake(Chip *chip) { chip->run_loop.asleep = AWAKE; }
+void fcu_wake(Chip *chip) {
+  if (chip->run_loop.depth != STANDBY) {
+    wake(chip);
+  }
+}
 
 void fcu_debug(Chip *chip, int32_t on) { chip->run_loop.debug_enabled = on != 0; }
 
@@ -374,7 +431,9 @@ static bool between_instructions(Chip *chip) {
     run_loop->halt_requested |= run_loop->stepping;
   } else if (chip->exceptions.locked_up || stays_asleep(chip)) {
     report_lock_up(chip);
-    cycle_clock_sleep_until(&chip->cycle_clock, min64(next_event_ps(chip), run_loop->until_ps));
+    int64_t wakes_ps = run_loop->depth == WAKING ? run_loop->wakes_ps : NEVER_PS;
+    int64_t until_ps = min64(wakes_ps, run_loop->until_ps);
+    cycle_clock_sleep_until(&chip->cycle_clock, min64(next_event_ps(chip), until_ps));
   } else {
     chip->nvic.changed = 0;
     return nvic_any_ready(&chip->nvic) && exceptions_take_pending(chip);

@@ -12,8 +12,12 @@
 
 enum Ended { ENDED_AT_TIME, ENDED_HALTED, ENDED_BY_HOST, ENDED_BY_WORK };
 enum Sleep { AWAKE, SLEEPS_WFI, SLEEPS_WFE };
+/* Results of host.deep_sleep(): no sleep, sleep with clocks, Standby. */
+enum DeepSleep { DEEP_REFUSED = -1, DEEP_WITH_CLOCKS = -2, DEEP_STANDBY = -3 };
+/* LIGHT: not a deep sleep, or not yet. CLOCKED: like LIGHT, and Python was asked. WAKING: until wakes_ps. */
+enum Depth { LIGHT, CLOCKED, STOPPED, WAKING, STANDBY };
 /* Python has more reset reasons (_REASONS in emulator/chip/cpu/core.py). */
-enum ResetReason { RESET_NONE, RESET_SYSRESETREQ };
+enum ResetReason { RESET_NONE, RESET_SYSRESETREQ, RESET_STANDBY = 6 };
 
 typedef struct {
   int64_t until_ps;
@@ -23,6 +27,9 @@ typedef struct {
   int32_t reset_reason;
   uint8_t running;
   uint8_t asleep;
+  uint8_t depth;
+  int64_t wake_up_ps; /* time that the chip needs to wake from Stop */
+  int64_t wakes_ps;
   uint8_t halt_requested, stepping;
   uint8_t debug_enabled; /* BKPT halts the core */
   uint8_t halted_on_bkpt;

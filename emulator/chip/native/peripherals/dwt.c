@@ -1,5 +1,5 @@
 /* DWT (ARMv7-M ARM C1.8). CYCCNT counts while TRCENA and CYCCNTENA are set, also during sleep, because HCLK keeps
- * running.
+ * running, but not in Stop.
  *
  * NOT MODELLED: comparators and profiling counters, whose registers are stored.
  */

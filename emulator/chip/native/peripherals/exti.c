@@ -3,8 +3,9 @@
  * Lines 0 to 15: pins; 16 PVD, 17 RTC alarm, 18 USB wake-up, 21 RTC tamper and time stamp, 22 RTC wake-up. An edge
  * sets the pending bit even if IMR is 0 (figure 29); SWIER sets it only if IMR is 1, as the manual's text says.
  *
+ * An edge of a line in EMR is an event, which ends WFE. If the line is not in IMR, the pending bit stays 0 (10.2.3).
+ *
  * NOT MODELLED
- * - Event mode (EMR): stored, and a note.
  * - SYSCFG_MEMRMP: stored, and a note; address 0 is the flash.
  * - SYSCFG_PMC: stored.
  */
@@ -35,6 +36,20 @@ static void update_irqs(Exti *exti) {
   }
 }
 
+/* The event is a pulse; the flag is for exti_wakes() only. */
+static void send_event(Exti *exti, uint32_t lines) {
+  if (exti->emr & lines) {
+    exti->event = 1;
+    exti->peripheral.chip->nvic.event_register = 1;
+  }
+}
+
+bool exti_wakes(Exti *exti) {
+  bool event = exti->event;
+  exti->event = 0;
+  return event || exti->pr & exti->imr;
+}
+
 static void set_line(Exti *exti, int line, bool level) {
   uint32_t bit = 1u << line;
   if (!(exti->levels & bit) == !level) {
@@ -42,7 +57,8 @@ static void set_line(Exti *exti, int line, bool level) {
   }
   exti->levels ^= bit;
   if ((level ? exti->rtsr : exti->ftsr) & bit) {
-    exti->pr |= bit;
+    exti->pr |= exti->emr & ~exti->imr & bit ? 0 : bit;
+    send_event(exti, bit);
     update_irqs(exti);
   }
 }
@@ -72,19 +88,14 @@ static void exti_write(Peripheral *peripheral, uint32_t offset, uint32_t value, 
   uint32_t rising;
   switch (offset) {
     case IMR: write_bits(&exti->imr, value, mask, LINES); break;
-    case EMR:
-      write_bits(&exti->emr, value, mask, LINES);
-      if (exti->emr) {
-        peripheral_note(peripheral, 0, NOTE_NOT_MODELLED,
-                        "event-mask | EMR: events that wake WFE without an interrupt");
-      }
-      break;
+    case EMR: write_bits(&exti->emr, value, mask, LINES); break;
     case RTSR: write_bits(&exti->rtsr, value, mask, LINES); break;
     case FTSR: write_bits(&exti->ftsr, value, mask, LINES); break;
     case SWIER:
       rising = value & ~exti->swier & LINES;
       exti->swier |= rising;
       exti->pr |= rising & exti->imr;
+      send_event(exti, rising);
       break;
     case PR:
       exti->pr &= ~value;
@@ -98,6 +109,7 @@ static void exti_write(Peripheral *peripheral, uint32_t offset, uint32_t value, 
 static void exti_reset(Peripheral *peripheral) {
   Exti *exti = (Exti *)peripheral;
   exti->imr = exti->emr = exti->rtsr = exti->ftsr = exti->swier = exti->pr = 0;
+  exti->event = 0;
   update_irqs(exti);
 }
 

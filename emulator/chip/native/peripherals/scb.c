@@ -51,6 +51,8 @@ bool scb_fault_enabled(const Scb *scb, int exception) {
          scb->shcsr & SHCSR_MEMFAULTENA << (exception - MEM_MANAGE);
 }
 
+bool scb_sleeps_deeply(const Scb *scb) { return scb->scr & SCR_SLEEPDEEP; }
+
 static uint32_t icsr(const Chip *chip) {
   const Nvic *nvic = &chip->nvic;
   uint32_t value = chip->core.ipsr | (uint32_t)nvic_highest_pending(nvic) << ICSR_VECTPENDING_SHIFT;

@@ -12,6 +12,8 @@ typedef struct {
 
 void scb_create(Chip *chip);
 void scb_reset(Scb *scb);
+/* Return SCR.SLEEPDEEP (B3.2.7). */
+bool scb_sleeps_deeply(const Scb *scb);
 /* Return false if the fault becomes a HardFault (B1.5.14). */
 bool scb_fault_enabled(const Scb *scb, int exception);
 

@@ -8,7 +8,8 @@
  * Decision: when an SPI only receives, its first byte starts when SPE is set. Each further byte starts when DR is read
  * while SPE is still set. So a pulse of SPE gives exactly one byte, as ST's sensor driver expects, for any number of
  * cycles per instruction. On the chip the clock does not wait for a read of DR. The overrun after a long pulse is not
- * modelled, because instruction timing is an estimate.
+ * modelled, because instruction timing is an estimate. If firmware sees RXNE, waits for one period of SCK or longer and
+ * then clears SPE, the next byte has begun and is the last one (20.3.8).
  *
  * A master with SSM = 1 and SSI = 0 gets MODF.
  *
@@ -127,6 +128,16 @@ static uint8_t transfer_byte(Spi *spi, int32_t out) {
   return spi->cr1 & CR1_LSBFIRST ? reversed(answer) : answer;
 }
 
+/* The last byte of a receiving SPI whose SPE is cleared. */
+static void finish_receiving(Spi *spi) {
+  int64_t now_ps = spi->peripheral.chip->now_ps, frame_ps = spi->byte_ps * (spi->cr1 & CR1_DFF ? 2 : 1);
+  bool began = spi->received_seen && spi->sr & SR_RXNE && now_ps - spi->received_ps >= spi->byte_ps / 8;
+  if (began && !spi->is_busy && spi->byte_ps < NEVER_PS) {
+    start(spi, SPI_NOTHING);
+    schedule_end(spi, spi->received_ps + frame_ps);
+  }
+}
+
 /* Most significant byte first. */
 static uint32_t transfer_frame(Spi *spi) {
   uint32_t frame = 0;
@@ -144,6 +155,8 @@ static void store(Spi *spi, uint32_t frame) {
   } else {
     spi->received = frame;
     spi->sr |= SR_RXNE;
+    spi->received_seen = false;
+    spi->received_ps = spi->peripheral.chip->now_ps;
   }
 }
 
@@ -231,6 +244,9 @@ static void cr1_changed(Spi *spi, uint32_t old) {
                     "mode-fault | master with SSM = 1 and SSI = 0: mode fault (MODF), SPE and MSTR cleared");
   }
   if (!(spi->cr1 & CR1_SPE)) {
+    if ((old & MASTER_ENABLED) == MASTER_ENABLED && is_receiving(old)) {
+      finish_receiving(spi);
+    }
     return;
   }
   if ((int32_t)(spi->cr1 & CLOCK_BITS) != spi->configured_cr1) {
@@ -274,6 +290,7 @@ static uint32_t spi_peek(const Peripheral *peripheral, uint32_t offset) {
 static uint32_t read_status(Spi *spi, int64_t *until_ps) {
   uint32_t status = spi->sr;
   *until_ps = event_at(spi->peripheral.chip, spi->event);
+  spi->received_seen |= (status & SR_RXNE) != 0;
   if (status & (SR_OVR | SR_MODF)) {
     *until_ps = NOT_CACHEABLE_PS;
     if (spi->data_read) {
@@ -283,6 +300,11 @@ static uint32_t read_status(Spi *spi, int64_t *until_ps) {
     update_if_enabled(spi);
   }
   return status;
+}
+
+static bool spi_is_pure(const Peripheral *peripheral, uint32_t offset) {
+  const Spi *spi = (const Spi *)peripheral;
+  return offset != DR && !(offset == SR && spi->sr & SR_OVR && spi->data_read);
 }
 
 static uint32_t spi_read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
@@ -331,7 +353,7 @@ static void spi_reset(Peripheral *peripheral) {
   spi->crcpr = CRCPR_RESET;
   spi->i2spr = I2SPR_RESET;
   spi->shift = 0;
-  spi->is_busy = spi->data_read = spi->modf_seen = spi->in_dma = spi->wants_events = false;
+  spi->is_busy = spi->data_read = spi->modf_seen = spi->received_seen = spi->in_dma = spi->wants_events = false;
   spi->is_connected = true;
   spi->configured_cr1 = SPI_NOTHING;
   spi->byte_ps = NEVER_PS;
@@ -347,6 +369,7 @@ static const PeripheralType TYPE = {
   .peek = spi_peek,
   .write = spi_write,
   .reset = spi_reset,
+  .is_pure = spi_is_pure,
   .clocks_changed = spi_clocks_changed,
   .dma_ready = spi_dma_ready,
 };

@@ -75,11 +75,13 @@ typedef struct {
   uint8_t is_busy;
   uint8_t data_read; /* DR was read after OVR was set: the next read of SR clears OVR */
   uint8_t modf_seen;
+  uint8_t received_seen; /* SR was read with RXNE = 1 since the latest frame */
   uint8_t in_dma;
   uint8_t wants_events;
   uint8_t is_connected;
   int32_t configured_cr1; /* CR1 of the line's present settings */
   int64_t byte_ps;
+  int64_t received_ps; /* end of the latest frame */
   int32_t event;
   SpiLine line;
 } Spi;

@@ -2,7 +2,8 @@
  *
  * Each step from 1 to 0 sets COUNTFLAG and, if TICKINT is set, pends the exception; the next clock reloads
  * the counter. The period is RVR + 1. Steps to 0 are events, exactly one period apart; values in between are
- * computed. A new RVR takes effect at a reload; an RVR of 0 stops the counter.
+ * computed. A new RVR takes effect at a reload; an RVR of 0 stops the counter. In Stop HCLK is 0, and the counter
+ * keeps its value.
  */
 #include "peripherals/systick.h"
 
@@ -39,7 +40,11 @@ static void start(SysTick *tick, int64_t value) {
   int64_t hclk_hz = tick->chip->clocks.hclk_hz;
   event_cancel(tick->chip, tick->event);
   tick->value = value;
+  tick->is_stopped = hclk_hz == 0;
   if (!(tick->control & SYST_CSR_ENABLE) || (value == 0 && tick->reload == 0)) {
+    return;
+  }
+  if (tick->is_stopped) {
     return;
   }
   tick->origin_ps = tick->chip->now_ps;
@@ -66,7 +71,7 @@ static void underflow(Peripheral *space) {
 }
 
 void systick_retime(SysTick *tick) {
-  if (is_counting(tick)) {
+  if (is_counting(tick) || tick->is_stopped) {
     start(tick, counter(tick));
   }
 }

@@ -13,6 +13,7 @@ typedef struct {
   int64_t origin_ps;
   int64_t hz;
   int64_t wraps, first, period;
+  uint8_t is_stopped; /* HCLK is 0 */
 } SysTick;
 
 /* The registers are in the system control space. */
