@@ -88,7 +88,7 @@ class Train(ctypes.Structure):
         self.is_live, self.version = True, version
 
     def take_back(self) -> int:
-        """End the train; return the number of samples that C has taken."""
+        """End the prepared series of samples; return the number of samples that C has taken."""
         taken: int = self.taken
         self.version, self.taken = _ENDED, 0
         return taken

@@ -1,4 +1,6 @@
-"""Comparison of the changes of MAG with the true changes, because raw and calibrated values differ by a constant.
+"""Compare the changes of MAG with the changes of the true field.
+
+Raw and calibrated values differ by a constant, so the values themselves are not compared.
 
 Decision: if the board has not been turned far enough, there is no hint about MAG, because the
 calibration still changes.

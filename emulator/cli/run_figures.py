@@ -58,5 +58,5 @@ def _callback(board: Board, recorder: TruthRecorder) -> Iterator[str]:
     share = recorder.callback_seen / recorder.looks_at_callback
     period_ms = 1000 / timer.rate_hz
     digits = 2 if period_ms >= 1 else 3
-    took = f"{share * period_ms:.{digits}f} of {period_ms:.3g} ms"
-    yield f"the callback takes about {took}, {100 * share:.0f} %"
+    took = f"{share * period_ms:.{digits}f} ms, {100 * share:.0f} % of its period of {period_ms:.3g} ms"
+    yield f"the callback takes about {took}"

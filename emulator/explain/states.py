@@ -96,7 +96,7 @@ class States:
         return sorted(states, key=lambda one: list(self._steps).index(one.step))
 
     def _variables(self, step: str) -> tuple[int, list[int]] | None:
-        """Return the type and the words of a step's variable, or None without a variable."""
+        """Return the type and the words of the step's variable, or None if the step has no variable."""
         for kind, words in enumerate(self._words):
             with np.errstate(invalid="ignore"):
                 found = np.flatnonzero((words[1:] == self._values[step][:, None]).all(axis=0))

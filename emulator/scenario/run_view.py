@@ -367,7 +367,7 @@ def against_truth(field: str, lines: Sequence[PrintedLine], settle_ps: int, wind
             judged.append(line.error(field, fields[field], settle_ps))
     if not rows:
         return [f"{field} compared with the truth{window}: the firmware printed no {field}"]
-    title = f"{field} compared with the truth at the time of printing{window}"
+    title = f"{field} when it was printed, compared with the truth at this time{window}"
     table = [title, f"{'t':>9} {'printed':>12} {'truth':>12} {'error':>12}"]
     worst = max(range(len(rows)), key=lambda row: abs(rows[row][3]) if math.isfinite(rows[row][3]) else -1.0)
     for index in _chosen(len(rows), worst):

@@ -81,7 +81,7 @@ class DenSettings:
 
 
 def violations(mem: bytearray) -> dict[tuple[str, str], bool]:
-    """Return every invalid setting, and whether it is present."""
+    """Return all kinds of invalid settings. The value is True if the registers have this setting."""
     mode = _mode(mem)
     gates_xl = mode == DenMode.EDGE and bool(mem[CTRL4_C.addr] & CTRL4_C.DEN_XL_EN.mask)
     return {

@@ -173,7 +173,7 @@ class FifoSettings:
 
 
 def violations(mem: bytearray) -> dict[tuple[str, str], bool]:
-    """Return every invalid setting, and whether it is present."""
+    """Return all kinds of invalid settings. The value is True if the registers have this setting."""
     ctrl2, ctrl4, ctrl5 = mem[FIFO_CTRL2.addr], mem[FIFO_CTRL4.addr], mem[FIFO_CTRL5.addr]
     mode = FIFO_CTRL5.FIFO_MODE.get(ctrl5)
     on = mode != FifoMode.BYPASS

@@ -78,7 +78,7 @@ def test_headers_have_enough_definitions() -> None:
 @pytest.mark.parametrize(
     ("register", "name", "mask"), MASKS, ids=[f"{one[0].name}_{one[1]}" for one in MASKS]
 )
-def test_header_masks_equal_declared_fields(register: PeripheralRegister, name: str, mask: int) -> None:
+def test_masks_in_header_are_from_declared_fields(register: PeripheralRegister, name: str, mask: int) -> None:
     """``CR2_STOP`` is the field, ``CFGR_SWS_Pos`` its lowest bit, ``PLLCFGR_PLLSRC_HSE`` a value in it."""
     if name == "RESET":
         assert register.reset == mask

@@ -201,7 +201,7 @@ def test_figure_of_eight_by_hand_finds_hard_iron(yaw: int) -> None:
     assert np.abs(world.angular_rate_dps(np.linspace(0, 12, 2401))).max() < 500  # what a hand can do
 
 
-def test_figure_of_eight_with_unknown_by_is_refused() -> None:
+def test_figure_of_eight_by_unknown_limb_is_refused() -> None:
     with pytest.raises(InputError, match="'foot'") as refused:
         World().figure_eight(4, by="foot")  # type: ignore[arg-type]
     assert refused.value.kind == "choice"

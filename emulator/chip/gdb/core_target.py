@@ -3,8 +3,8 @@
 Decision: to resume from a breakpoint, the core first makes a single step, in a separate run.
 Therefore a waiting loop with a breakpoint is never skipped.
 
-Decision: with a debugger, BKPT halts the core (ARMv7-M ARM C1.4.1), and execution resumes after the
-BKPT.
+Decision: with a debugger, BKPT halts the core (ARMv7-M ARM C1.4.1). When the debugger resumes it, the core
+continues at the instruction after BKPT.
 
 Decision: one address range covers all watchpoints, including watchpoints on registers; each load
 and store in this range is checked. Accesses by DMA and to exception frames are not detected.

@@ -15,7 +15,7 @@
 
 /* -- chip and memories: chip.c ------------------------------------------------------------------------ */
 
-/* Return a chip before power-on, with erased flash, or NULL if the host has no memory. */
+/* Return a new chip with erased flash, which is not powered on, or NULL if the host has no memory. */
 Chip *fcu_create(const Host *host);
 void fcu_destroy(Chip *chip);
 /* Set the cycles per instruction (a fraction). Skip poll and idle loops if `skip` is not 0. Call this

@@ -1,4 +1,4 @@
-/* Definitions that all parts of the HAL share: status codes, the endless time-out, on and off. */
+/* Definitions that all parts of the HAL share: status codes, HAL_MAX_DELAY, ENABLE and DISABLE. */
 #ifndef STM32F4XX_HAL_DEF_H
 #define STM32F4XX_HAL_DEF_H
 
