@@ -247,7 +247,7 @@ def test_non_number_is_not_described_as_deviation(words: Words) -> None:
         ("Pitch: 1 deg Roll: 2 deg Yaw: 3 deg", "%d"),
         ("Pitch: 1.000000 Roll: 2.000000 Yaw: 3.000000", '"Roll" in place of "deg"'),
         ("Pitch: 1.000000 deg Roll: 2.000000 deg", '"Yaw" is missing'),
-        ("Pitch:1.000000 deg Roll:2.000000 deg Yaw:3.000000 deg", "blanks"),
+        ("Pitch:1.000000 deg Roll:2.000000 deg Yaw:3.000000 deg", "spaces"),
         ("Roll: 1.000000 deg", '"Roll" in place of "Pitch"'),
     ],
 )
