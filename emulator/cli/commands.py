@@ -156,6 +156,17 @@ def web(options: WebOptions) -> ExitCode:
     return serve_board(options)
 
 
+@cli.command(short_help="Serve the board to a coding agent (Model Context Protocol).")
+def mcp() -> ExitCode:
+    """Serve the board to a coding agent by the Model Context Protocol, on standard input and output.
+
+    The agent's client starts this command. The guide docs/agents.md has the client's configuration.
+    """
+    from fcu_emulator.emulator.cli.agents import serve_agent
+
+    return serve_agent()
+
+
 @cli.command()
 @click.argument("directory", metavar="DIR", type=PATH)
 @click.option(
