@@ -28,7 +28,8 @@ _END_S: Final = 5.0  # time for an orderly end
 _START: Final = (
     "import runpy, sys; sys.path[:] = {path!r}; runpy.run_module('fcu_emulator', run_name='__main__')"
 )
-_PREFIX: Final = "fcu: "
+_PREFIX, _USAGE, _ERROR = "fcu: ", "Usage: ", "Error: "
+"""Beginning of a message of fcu, and of the first and the last line of a message of click."""
 
 
 class Patience:
@@ -62,10 +63,10 @@ class Finished:
     lost: int
 
     def raise_usage_error(self) -> None:
-        """Raise InputError if the command could not use its arguments, as one line."""
+        """Raise InputError, with one line, if the command could not use its arguments."""
         lines = self.errors.strip().splitlines()
-        if self.code == _USAGE_ERROR and len(lines) == 1:
-            raise InputError(lines[0].removeprefix(_PREFIX))
+        if self.code == _USAGE_ERROR and lines and (len(lines) == 1 or lines[0].startswith(_USAGE)):
+            raise InputError(lines[-1].removeprefix(_PREFIX).removeprefix(_ERROR))
 
 
 def run_fcu(arguments: Sequence[str], patience: Patience) -> Finished:

@@ -458,6 +458,21 @@ def test_options_in_arguments_write_no_file(agent: AgentClient, tmp_path: Path) 
     assert not stolen.exists()
 
 
+def test_contents_of_other_file_are_not_shown(agent: AgentClient, tmp_path: Path) -> None:
+    file = tmp_path / "notes.toml"
+    file.write_text("first line\nsecret: 4711 4711 4711\n")
+    calls: list[tuple[str, dict[str, Any]]] = [
+        *((tool, {"firmware": str(file)}) for tool in ("run", "start_board")),
+        *((tool, {"firmware": "lab3", "scenario": str(file)}) for tool in ("run", "start_board")),
+        ("check", {"target": str(file)}),
+        ("build", {"folder": str(file)}),
+        ("explain", {"number": "Pitch", "firmware": str(file)}),
+        ("read_text", {"name": str(file)}),
+    ]
+    for tool, arguments in calls:
+        assert "4711" not in agent.error(tool, **arguments)
+
+
 def test_deep_entry_is_refused(agent: AgentClient) -> None:
     entry: dict[str, Any] = {"do": "lift"}
     for _ in range(100):
