@@ -13,8 +13,6 @@ ROOT: Final = Path(__file__).parents[1]
 FOLDERS: Final = ("emulator", "firmware_model", "sensors", "scenarios")
 GUIDES: Final = ("llms.txt", "docs/*.md")
 """Guides that are installed, for ``fcu mcp``: their list and their pages, without pictures."""
-SOURCES: Final = ("pyproject.toml", "building", "fcu_emulator", *FOLDERS)
-"""The files and folders on which the programs of a wheel depend."""
 TYPES: Final = ROOT / "build" / "types" / "fcu_emulator"
 _NOT_SHIPPED: Final = ("emulator/chip/native/", "firmware_model/arm/solution/")
 """Files that wheels do not contain: C sources, and the lab's solution."""

@@ -21,8 +21,24 @@ from fcu_emulator.emulator.cli.options import (
 )
 
 
+def _show_version(context: click.Context, parameter: click.Parameter, wanted: bool) -> None:
+    del parameter
+    if wanted and not context.resilient_parsing:
+        from fcu_emulator.emulator.cli.version import version_lines
+
+        click.echo("\n".join(version_lines()))
+        context.exit()
+
+
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
-@click.version_option(package_name="fcu-emulator", message="fcu-emulator %(version)s")
+@click.option(
+    "--version",
+    is_flag=True,
+    expose_value=False,
+    is_eager=True,
+    callback=_show_version,
+    help="Show the version, the commit and the C library.",
+)
 def cli() -> None:
     """A virtual STEVAL-FCU001V1 sensor board: its sensors, its firmware, its serial terminal."""
 
