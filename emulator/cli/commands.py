@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from fcu_emulator.emulator.cli.completion import PART, RUBRIC, SCENARIO
 from fcu_emulator.emulator.cli.declare import Command, reads
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.cli.options import (
@@ -192,7 +193,9 @@ def mcp() -> ExitCode:
     show_default=True,
     help="Bus of the sensors: I2C2 in the lab, SPI2 on the real board.",
 )
-@click.option("--rubric", metavar="NAME|FILE", help="Rubric of this project. Default: LAB3's.")
+@click.option(
+    "--rubric", metavar="NAME|FILE", shell_complete=RUBRIC, help="Rubric of this project. Default: LAB3's."
+)
 def new(directory: Path, bus: str, rubric: str | None) -> None:
     """Start a LAB3 program in C in the new folder DIR."""
     from fcu_emulator.emulator.cli.new import create_project
@@ -247,7 +250,7 @@ def scenario() -> None:
 
 
 @scenario.command("check")
-@click.argument("file")
+@click.argument("file", shell_complete=SCENARIO)
 def check_file(file: str) -> None:
     """Check a scenario FILE without running it."""
     from fcu_emulator.emulator.cli.listings import check_scenario
@@ -269,7 +272,7 @@ def rubric() -> None:
 
 
 @rubric.command("check")
-@click.argument("file")
+@click.argument("file", shell_complete=RUBRIC)
 @click.option("--file-only", is_flag=True, help="Only check the file; judge no programs.")
 def check_rubric_file(file: str, file_only: bool) -> None:
     """Check a rubric FILE, and show the points of programs that do not solve the lab."""
@@ -287,7 +290,7 @@ def rubric_schema() -> None:
 
 
 @cli.command(short_help="Print the register map of a sensor or a peripheral of the chip.")
-@click.argument("part", required=False)
+@click.argument("part", required=False, shell_complete=PART)
 @click.option("--fidelity", is_flag=True, help="Show instead how completely each part is modelled.")
 def registers(part: str | None, fidelity: bool) -> None:
     """Print the register map of PART: a sensor (LSM6DSL) or a peripheral of the chip (TIM9), with meanings."""
