@@ -53,7 +53,8 @@ class AgentServer:
         self._bench = Workbench()
         self._commands = ThreadPoolExecutor(1, thread_name_prefix="commands")
         self._board = ThreadPoolExecutor(1, thread_name_prefix="board")
-        self._stop: Callable[[], object] = bool  # bool() has no effect
+        self._stop: Callable[[], object] | None = None
+        self._stopped = False
         self._server = Server[Any](
             "fcu-emulator",
             version=version,
@@ -76,12 +77,16 @@ class AgentServer:
 
     def stop(self) -> None:
         """End the server soon. Signal handlers may call this."""
-        self._stop()
+        self._stopped = True
+        if self._stop is not None:
+            self._stop()
 
     async def _serve(self) -> None:
         loop = asyncio.get_running_loop()
         with anyio.CancelScope() as scope:
             self._stop = partial(loop.call_soon_threadsafe, scope.cancel)
+            if self._stopped:  # before the loop
+                return
             messages = cast(anyio.AsyncFile[str], _Messages(loop))
             async with stdio_server(stdin=messages) as (received, sent):
                 await self._server.run(received, sent, self._server.create_initialization_options())
@@ -99,7 +104,7 @@ class AgentServer:
                     description=one.about,
                     input_schema=one.schema(),
                     annotations=types.ToolAnnotations(
-                        read_only_hint=not one.writes and not one.on_board, open_world_hint=False
+                        read_only_hint=not one.changes, destructive_hint=False, open_world_hint=False
                     ),
                 )
                 for one in TOOLS.values()

@@ -56,7 +56,7 @@ class TextStore:
     """The latest long texts by name. Safe for several threads."""
 
     def __init__(self) -> None:
-        self._texts: OrderedDict[str, list[str]] = OrderedDict()
+        self._texts: OrderedDict[str, str] = OrderedDict()
         self._count = 0
         self._lock = threading.Lock()
 
@@ -65,38 +65,36 @@ class TextStore:
 
         ``lost_bytes``: size of the end of the text, which the caller has not kept.
         """
-        whole = text[:_LARGEST_KEPT]
-        lost_bytes += len(text[_LARGEST_KEPT:].encode("utf-8", "replace"))
+        whole, lost = text[:_LARGEST_KEPT], text[_LARGEST_KEPT:]
         lines = lines_of(whole)
         first, next_line = page(lines)
         result: dict[str, Any] = {"text": first}
         if next_line <= len(lines):
-            name = self._keep(kind, lines)
-            result |= _rest(name, 1, next_line, len(lines))
-        if lost_bytes:
+            result |= _rest(self._keep(kind, whole), 1, next_line, len(lines))
+        if lost_bytes := lost_bytes + len(lost.encode("utf-8", "replace")):
             result["lost"] = f"the last {lost_bytes} bytes were not kept"
         return result
 
     def keep(self, kind: str, text: str) -> dict[str, Any]:
         """Keep a text, and return its name and its number of lines."""
-        lines = lines_of(text[:_LARGEST_KEPT])
-        return {"name": self._keep(kind, lines), "lines": len(lines)}
+        whole = text[:_LARGEST_KEPT]
+        return {"name": self._keep(kind, whole), "lines": len(lines_of(whole))}
 
     def read(self, name: str, first_line: int) -> dict[str, Any]:
         """Return a page of a kept text. Raises InputError."""
         with self._lock:
-            lines = self._texts.get(name)
+            text = self._texts.get(name)
             known = list(self._texts)
-        if lines is None:
+        if text is None:
             kept = f"; the texts are {choices(known)}" if known else ""
             raise InputError(f"unknown text {shown(name)}{kept}", kind="unknown_text")
-        return page_of(name, lines, first_line)
+        return page_of(name, lines_of(text), first_line)
 
-    def _keep(self, kind: str, lines: list[str]) -> str:
+    def _keep(self, kind: str, text: str) -> str:
         with self._lock:
             self._count += 1
             name = f"{kind}-{self._count}"
-            self._texts[name] = lines
+            self._texts[name] = text
             while len(self._texts) > _MOST_KEPT:
                 self._texts.popitem(last=False)
         return name

@@ -28,13 +28,13 @@ _COMMAND_S, _BOARD_S = 300.0, 60.0
 
 @dataclass(frozen=True)
 class Tool:
-    """A tool. ``on_board``: it uses the live board. ``writes``: it changes files."""
+    """A tool. ``on_board``: it uses the live board. ``changes``: it changes files or the live board."""
 
     name: str
     arguments: type[arguments.Arguments]
     on_board: bool
     wall_s: float
-    writes: bool = False
+    changes: bool = False
 
     @property
     def about(self) -> str:
@@ -50,18 +50,18 @@ class Tool:
 TOOLS: Final = {
     one.name: one
     for one in (
-        Tool("build", arguments.Build, False, _COMMAND_S, writes=True),
-        Tool("check", arguments.Check, False, _COMMAND_S, writes=True),
+        Tool("build", arguments.Build, False, _COMMAND_S, changes=True),
+        Tool("check", arguments.Check, False, _COMMAND_S, changes=True),
         Tool("run", arguments.Run, False, _BOARD_S),
         Tool("read_text", arguments.ReadText, False, _BOARD_S),
-        Tool("start_board", arguments.StartBoard, True, _BOARD_S),
-        Tool("act", arguments.Act, True, _BOARD_S),
-        Tool("run_board", arguments.RunBoard, True, _BOARD_S),
-        Tool("expect", arguments.Expect, True, _BOARD_S),
+        Tool("start_board", arguments.StartBoard, True, _BOARD_S, changes=True),
+        Tool("act", arguments.Act, True, _BOARD_S, changes=True),
+        Tool("run_board", arguments.RunBoard, True, _BOARD_S, changes=True),
+        Tool("expect", arguments.Expect, True, _BOARD_S, changes=True),
         Tool("terminal", arguments.Terminal, True, _BOARD_S),
         Tool("registers", arguments.Registers, True, _BOARD_S),
         Tool("variables", arguments.Variables, True, _BOARD_S),
-        Tool("transfers", arguments.Transfers, True, _BOARD_S),
+        Tool("transfers", arguments.Transfers, True, _BOARD_S, changes=True),
         Tool("explain", arguments.Explain, True, _BOARD_S),
     )
 }

@@ -23,6 +23,8 @@ def serve_agent() -> ExitCode:
         raise InputError(f"{_EXTRA} ({error})") from error
     from importlib.metadata import version
 
+    if sys.stdin is None:
+        raise InputError("fcu mcp needs standard input, which a client of an agent writes to")
     server = AgentServer(version("fcu-emulator"))
     if sys.stdin.isatty():
         say("an agent's client starts this command, see docs/agents.md; Ctrl-C ends it")

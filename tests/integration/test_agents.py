@@ -25,6 +25,7 @@ from tests.support.agent_client import AgentClient, connected
 from tests.support.arm import student_programs
 from tests.support.arm.broken_programs import FOLDER
 
+pytestmark = pytest.mark.slow  # tests.slow does not see the processor time of a server that several tests use
 needs_compiler = pytest.mark.skipif(
     not student_programs.is_buildable(), reason="arm-none-eabi-gcc or make is not installed"
 )
