@@ -12,7 +12,7 @@ from __future__ import annotations
 import asyncio
 import os
 import threading
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any, Final, TypeVar, cast
@@ -31,6 +31,8 @@ from fcu_emulator.emulator.text import one_line
 
 LONGEST_MESSAGE: Final = 1 << 20
 """Maximum size of a message in bytes. A longer message is answered as a message that is not JSON."""
+PROGRESS_EVERY_S: Final = 5.0
+"""Wall time between two reports of progress, for clients that ask for progress."""
 SCHEME: Final = "fcu://docs/"
 """Beginning of the address of each guide."""
 _LONGEST_ERROR: Final = 1000  # characters
@@ -114,13 +116,16 @@ class AgentServer:
     async def _call_tool(
         self, context: _Context, params: types.CallToolRequestParams
     ) -> types.CallToolResult:
-        del context
+        async def report(passed_s: float) -> None:
+            await context.session.report_progress(passed_s, message=f"{params.name}: {passed_s:.0f} s")
+
         try:
             wanted = parse(params.name, params.arguments or {})
             tool = TOOLS[params.name]
             patience = Patience(tool.wall_s)
             threads = self._board if tool.on_board else self._commands
-            result = await _call(threads, patience, partial(self._bench.call, params.name, wanted, patience))
+            call = partial(self._bench.call, params.name, wanted, patience)
+            result = await _call(threads, patience, call, report)
         except Exception as error:
             text = one_line(failure_text(error), _LONGEST_ERROR)
             return types.CallToolResult(content=[types.TextContent(text=text)], is_error=True)
@@ -165,18 +170,31 @@ class AgentServer:
         return types.ReadResourceResult(contents=[contents])
 
 
-async def _call(threads: ThreadPoolExecutor, patience: Patience, function: Callable[[], _Result]) -> _Result:
-    """Call a function in a thread. If this task is cancelled, the function ends soon."""
+async def _call(
+    threads: ThreadPoolExecutor,
+    patience: Patience,
+    function: Callable[[], _Result],
+    report: Callable[[float], Awaitable[None]],
+) -> _Result:
+    """Call a function in a thread. If this task is cancelled, the function ends soon.
+
+    ``report`` is called with the passed wall time now and then, because clients give up without progress.
+    """
 
     def begin() -> _Result:
         patience.begin()
         return function()
 
+    loop = asyncio.get_running_loop()
+    began_s = loop.time()
+    future = loop.run_in_executor(threads, begin)
     try:
-        return await asyncio.get_running_loop().run_in_executor(threads, begin)
+        while not (await asyncio.wait({future}, timeout=PROGRESS_EVERY_S))[0]:
+            await report(loop.time() - began_s)
     except asyncio.CancelledError:
         patience.cancel()
         raise
+    return future.result()
 
 
 class _Messages:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import re
 import signal
@@ -14,9 +15,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from mcp import Client
 
+from fcu_emulator.emulator.agents import server as agent_server
 from fcu_emulator.emulator.agents.guides import guide_text, guides
-from fcu_emulator.emulator.agents.server import LONGEST_MESSAGE, SCHEME, lines_of_stream
+from fcu_emulator.emulator.agents.server import LONGEST_MESSAGE, SCHEME, AgentServer, lines_of_stream
 from fcu_emulator.emulator.agents.texts import MOST_BYTES, MOST_LINES
 from fcu_emulator.emulator.agents.tools import LARGEST_RESULT, TOOLS
 from fcu_emulator.emulator.errors import InputError
@@ -200,6 +203,27 @@ def test_cancelled_call_ends_soon(tmp_path: Path) -> None:
 
         assert after["structuredContent"]["virtual_s"] == 0.1
         assert client.end() == 0
+
+
+def test_long_call_reports_progress(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Clients give up after some time without progress. The server is in this process."""
+    monkeypatch.setattr(agent_server, "PROGRESS_EVERY_S", 0.05)
+    reported: list[tuple[float, str | None]] = []
+
+    async def note(progress: float, total: float | None, message: str | None) -> None:
+        reported.append((progress, message))
+
+    async def session() -> Any:
+        async with Client(AgentServer("1")._server) as client:
+            return await client.call_tool(
+                "run", {"firmware": "lab3", "duration": "1s"}, progress_callback=note
+            )
+
+    assert not asyncio.run(session()).is_error
+    times = [progress for progress, _ in reported]
+    assert len(times) > 2
+    assert times == sorted(set(times))
+    assert reported[0][1] == "run: 0 s"
 
 
 def test_server_without_sdk_is_refused(tmp_path: Path) -> None:
