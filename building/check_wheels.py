@@ -21,6 +21,7 @@ from library import FOLDER, NATIVE
 from targets import TARGETS, Target
 
 _PLACE: Final = "fcu_emulator/emulator/chip/native/"
+_GENERATED: Final = "emulator/chip/native/generated/"
 _MACHINES: Final = {
     "x86_64": ("X86_64", "AMD64"),
     "amd64": ("X86_64", "AMD64"),
@@ -65,6 +66,7 @@ def _carried(wheel: Path) -> int:
         "scenarios": "*.toml",
         "scenarios/rubrics": "*.toml",
         "firmware_model/arm": "**/*.elf",
+        "docs": "*.md",
     }
     wanted = set()
     for folder, pattern in folders.items():
@@ -126,9 +128,10 @@ def check_archive(archive: Path) -> str:
     """Return the number of files. Raises AssertionError if the files differ from the committed files."""
     with tarfile.open(archive) as content:
         names = {member.name.partition("/")[2] for member in content if not member.isdir()}
+    names = {name for name in names if not name.startswith(_GENERATED)}
     command = ["git", "-C", str(Path(__file__).parents[1]), "ls-files", "-z"]
     committed = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split("\0")
-    differing = names ^ {*filter(None, committed), "PKG-INFO"}
+    differing = names ^ {*filter(None, committed), "PKG-INFO", "commit.txt"}
     assert not differing, f"in the archive or committed, but not both: {', '.join(sorted(differing))}"
     return f"{len(names)} files, {archive.stat().st_size / 1e6:.1f} MB"
 

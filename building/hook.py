@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import runpy
 import shutil
 import sys
 import tempfile
@@ -19,6 +20,7 @@ import namespace
 import targets
 
 _GENERATED = "emulator/chip/native/generated"
+_COMMIT = runpy.run_path(str(library.ROOT / "emulator" / "host" / "commit.py"))
 
 
 class CustomBuildHook(BuildHookInterface[Any]):
@@ -37,6 +39,7 @@ class CustomBuildHook(BuildHookInterface[Any]):
             self._tried(lambda: library.write_headers(self._folder))
             for path in self._folder.iterdir():
                 build_data["force_include"][str(path)] = f"{_GENERATED}/{path.name}"
+            self._stamp(build_data, "")
             return
         if version == "editable":
             self.app.display_info(self._tried(library.build_in_place))
@@ -54,12 +57,22 @@ class CustomBuildHook(BuildHookInterface[Any]):
         name = library.NATIVE["library_name"](compiler.system)
         self._tried(lambda: library.build(self._folder / name, compiler))
         build_data["force_include"][str(self._folder / name)] = f"fcu_emulator/emulator/chip/native/{name}"
+        self._stamp(build_data, "fcu_emulator/")
         build_data["pure_python"] = False
         build_data["tag"] = f"py3-none-{target.tag if target else _platform()}"
 
     def finalize(self, version: str, *_: Any) -> None:
         if version != "editable":
             shutil.rmtree(self._folder)
+
+    def _stamp(self, build_data: dict[str, Any], place: str) -> None:
+        """Add the file with the commit, if the commit is known."""
+        commit = _COMMIT["commit"](library.ROOT) or _COMMIT["stamped"](library.ROOT)
+        if commit:
+            folder = Path(tempfile.mkdtemp(dir=self._folder))
+            file = folder / _COMMIT["FILE"]
+            file.write_text(f"{commit}\n", encoding="ascii")
+            build_data["force_include"][str(file)] = place + file.name
 
     def _tried(self, make: Any) -> Any:
         try:

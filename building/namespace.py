@@ -11,8 +11,8 @@ from typing import Final
 
 ROOT: Final = Path(__file__).parents[1]
 FOLDERS: Final = ("emulator", "firmware_model", "sensors", "scenarios")
-SOURCES: Final = ("pyproject.toml", "building", "fcu_emulator", *FOLDERS)
-"""The files and folders on which a wheel depends."""
+GUIDES: Final = ("llms.txt", "docs/*.md")
+"""Guides that are installed, for ``fcu mcp``: their list and their pages, without pictures."""
 TYPES: Final = ROOT / "build" / "types" / "fcu_emulator"
 _NOT_SHIPPED: Final = ("emulator/chip/native/", "firmware_model/arm/solution/")
 """Files that wheels do not contain: C sources, and the lab's solution."""
@@ -27,6 +27,9 @@ def wheel_files() -> dict[str, str]:
             place = path.relative_to(ROOT).as_posix()
             if path.is_file() and "__pycache__" not in path.parts and not _left_out(place):
                 files[str(path)] = f"fcu_emulator/{place}"
+    for pattern in GUIDES:
+        for path in sorted(ROOT.glob(pattern)):
+            files[str(path)] = f"fcu_emulator/{path.relative_to(ROOT).as_posix()}"
     return files
 
 

@@ -76,6 +76,11 @@ class Terminal:
         """Number of bytes printed since power-on."""
         return self.uart.received_count()
 
+    @property
+    def match_end(self) -> int:
+        """Number of bytes printed from power-on to the end of the latest match of :meth:`expect`; 0 before a match."""
+        return self._matched[1]
+
     def expect(
         self, pattern: str | re.Pattern[str], timeout_s: float = 10.0, *, since: int | None = None
     ) -> re.Match[str]:

@@ -24,11 +24,13 @@ if TYPE_CHECKING:
     from fcu_emulator.emulator.cli.exit_codes import ExitCode
 
 _OUT_OF_RESOURCES = {errno.ENOMEM, errno.EMFILE, errno.ENFILE, errno.ENOSPC, errno.EDQUOT, errno.EAGAIN}
+_NAME_PROBLEMS = {errno.ENAMETOOLONG, errno.ELOOP}
+_LONGEST_NAME = 60  # characters of a file's name in a message
 _COMPLETION = "_FCU_COMPLETE"
 """Variable by which a shell requests completions. Click derives this name from ``fcu``."""
 _LEAST_ADDRESS_SPACE = 256 << 20
 """Bytes of address space. With fewer bytes, numpy's linear algebra ends the process with code 1."""
-_NOT_JUDGED, _INTERRUPTED, _READER_GONE = 4, 130, 141
+_USAGE_ERROR, _NOT_JUDGED, _INTERRUPTED, _READER_GONE = 2, 4, 130, 141
 """Copies of exit codes, because importing exit_codes may fail."""
 
 
@@ -94,6 +96,9 @@ def execute(arguments: Sequence[str]) -> ExitCode | int:
             return _READER_GONE
         if _was_printing(error):
             _complain(f"standard output: {error.strerror or error}; the output is incomplete")
+        elif error.errno in _NAME_PROBLEMS:
+            _complain(f"cannot use {str(error.filename)[:_LONGEST_NAME]!r}: {error.strerror}")
+            return _USAGE_ERROR
         elif error.errno in _OUT_OF_RESOURCES:
             _complain(f"cannot continue: this machine has run out of a resource: {error}")
         else:

@@ -23,11 +23,11 @@ from fcu_emulator.emulator.assembly.firmware import choose
 from fcu_emulator.emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY
 from fcu_emulator.emulator.cli.boards_table import BoardsTable, points_on_board
 from fcu_emulator.emulator.cli.build import ELF, build_project, build_with_make
-from fcu_emulator.emulator.cli.causes import relevant_causes
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.cli.options import CheckOptions
 from fcu_emulator.emulator.cli.screen import Look, ProgressLine, paint, say, wrapped
 from fcu_emulator.emulator.errors import FirmwareError, InputError, LinkError, NotJudgedError, OutputError
+from fcu_emulator.emulator.grading.causes import relevant_causes
 from fcu_emulator.emulator.grading.checks import Property
 from fcu_emulator.emulator.grading.judge import JudgeProgress, judge
 from fcu_emulator.emulator.grading.rubric import CheckTable, Rubric, load_rubric, rubric_of

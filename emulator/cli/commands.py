@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from fcu_emulator.emulator.cli.completion import PART, RUBRIC, SCENARIO
 from fcu_emulator.emulator.cli.declare import Command, reads
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.cli.options import (
@@ -21,8 +22,24 @@ from fcu_emulator.emulator.cli.options import (
 )
 
 
+def _show_version(context: click.Context, parameter: click.Parameter, wanted: bool) -> None:
+    del parameter
+    if wanted and not context.resilient_parsing:
+        from fcu_emulator.emulator.cli.version import version_lines
+
+        click.echo("\n".join(version_lines()))
+        context.exit()
+
+
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
-@click.version_option(package_name="fcu-emulator", message="fcu-emulator %(version)s")
+@click.option(
+    "--version",
+    is_flag=True,
+    expose_value=False,
+    is_eager=True,
+    callback=_show_version,
+    help="Show the version, the commit and the C library.",
+)
 def cli() -> None:
     """A virtual STEVAL-FCU001V1 sensor board: its sensors, its firmware, its serial terminal."""
 
@@ -157,6 +174,17 @@ def web(options: WebOptions) -> ExitCode:
     return serve_board(options)
 
 
+@cli.command(short_help="Serve the board to a coding agent (Model Context Protocol).")
+def mcp() -> ExitCode:
+    """Serve the board to a coding agent by the Model Context Protocol, on standard input and output.
+
+    The agent's client starts this command. The guide docs/agents.md has the client's configuration.
+    """
+    from fcu_emulator.emulator.cli.agents import serve_agent
+
+    return serve_agent()
+
+
 @cli.command()
 @click.argument("directory", metavar="DIR", type=PATH)
 @click.option(
@@ -166,7 +194,12 @@ def web(options: WebOptions) -> ExitCode:
     show_default=True,
     help="Bus of the sensors: I2C2 in the lab, SPI2 on the real board.",
 )
-@click.option("--rubric", metavar="NAME|FILE", help="Rubric of this project. Default: the rubric of LAB3.")
+@click.option(
+    "--rubric",
+    metavar="NAME|FILE",
+    shell_complete=RUBRIC,
+    help="Rubric of this project. Default: the rubric of LAB3.",
+)
 def new(directory: Path, bus: str, rubric: str | None) -> None:
     """Start a LAB3 program in C in the new folder DIR."""
     from fcu_emulator.emulator.cli.new import create_project
@@ -221,7 +254,7 @@ def scenario() -> None:
 
 
 @scenario.command("check")
-@click.argument("file")
+@click.argument("file", shell_complete=SCENARIO)
 def check_file(file: str) -> None:
     """Check a scenario FILE without running it."""
     from fcu_emulator.emulator.cli.listings import check_scenario
@@ -243,7 +276,7 @@ def rubric() -> None:
 
 
 @rubric.command("check")
-@click.argument("file")
+@click.argument("file", shell_complete=RUBRIC)
 @click.option("--file-only", is_flag=True, help="Only check the file; judge no programs.")
 def check_rubric_file(file: str, file_only: bool) -> None:
     """Check a rubric FILE, and show the points of programs that do not solve the lab."""
@@ -261,7 +294,7 @@ def rubric_schema() -> None:
 
 
 @cli.command(short_help="Print the register map of a sensor or a peripheral of the chip.")
-@click.argument("part", required=False)
+@click.argument("part", required=False, shell_complete=PART)
 @click.option("--fidelity", is_flag=True, help="Show instead how completely each part is modelled.")
 def registers(part: str | None, fidelity: bool) -> None:
     """Print the register map of PART: a sensor (LSM6DSL) or a peripheral of the chip (TIM9), with its fields."""

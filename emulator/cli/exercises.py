@@ -9,19 +9,17 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from fcu_emulator.emulator.cli.causes import relevant_causes
 from fcu_emulator.emulator.cli.project import shown_exercises
 from fcu_emulator.emulator.errors import FcuError, InputError
+from fcu_emulator.emulator.grading.checked import as_checked
 from fcu_emulator.emulator.grading.judge import judge
 from fcu_emulator.emulator.grading.rubric import load_rubric
-from fcu_emulator.emulator.grading.verdict import CheckResult, Verdict
+from fcu_emulator.emulator.grading.verdict import Verdict
 from fcu_emulator.emulator.grading.workers import LocalWorkers
 from fcu_emulator.emulator.live.messages import Checked
 from fcu_emulator.emulator.text import visible
 
 _LONGEST_S = 600.0  # wall time
-_MOST_CAUSES = 2
-_MOST_DETAILS = 5  # for each cause
 
 
 class LabExercises:
@@ -99,49 +97,3 @@ def judged(firmware: str, rubric: str, exercise: str, seed: int) -> Verdict:
         return judge(firmware, load_rubric(rubric), seed=seed, exercises=[exercise]).for_student()
     except FcuError as error:  # some kinds of FcuError cannot be pickled
         raise InputError(str(error).splitlines()[0]) from None
-
-
-def as_checked(exercise: str, verdict: Verdict) -> Checked:
-    """Return a verdict on one exercise as a message for the web page."""
-    checks = [one for one in verdict.of(exercise) if one.max_points > 0]
-    points = sum(one.points for one in checks)
-    state = "done" if verdict.is_done(exercise) else "begun" if points else "not yet"
-    if not any(one.outcome in ("failed", "partial") for one in checks) and state != "done":
-        state = "unjudged"
-    return Checked(
-        exercise,
-        state,
-        points=round(points, 4),
-        max_points=sum(one.max_points for one in checks),
-        checks=[_check(one) for one in checks],
-        causes=[] if state == "done" else _causes(verdict),
-    )
-
-
-def _check(check: CheckResult) -> dict[str, str]:
-    seen = "; ".join(filter(None, (check.actual, check.printed and f"such as {check.printed}")))
-    wrong = check.outcome in ("failed", "partial")
-    return {
-        "title": check.title,
-        "outcome": check.outcome,
-        "expected": check.expected,
-        "seen": check.unjudged_because or seen,
-        "source": check.source,
-        "hint": check.hint if wrong else "",
-    }
-
-
-def _causes(verdict: Verdict) -> list[dict[str, Any]]:
-    causes = (cause for run in verdict.evidence for cause in run.causes)
-    failed = [one for one in verdict.checks if one.max_points and one.outcome != "passed"]
-    worst_first = relevant_causes(causes, failed)[:_MOST_CAUSES]
-    return [
-        {
-            "kind": one.kind,
-            "summary": one.summary,
-            "details": list(one.details[:_MOST_DETAILS]),
-            "fatal": one.fatal,
-            "data": one.data,
-        }
-        for one in worst_first
-    ]

@@ -9,6 +9,7 @@ from typing import Any, Literal, TypeAlias, get_args
 
 import click
 
+from fcu_emulator.emulator.cli.completion import FIRMWARE, RUBRIC, SCENARIO, WIRING
 from fcu_emulator.emulator.cli.declare import argument, option
 
 PATH = click.Path(path_type=Path)
@@ -27,6 +28,7 @@ def _wiring() -> Any:
     return option(
         "--wiring",
         renamed_from="--profile",
+        shell_complete=WIRING,
         help="Wiring of the sensors: lab3 or fcu001v1. Default: the wiring for which the firmware was built.",
     )
 
@@ -83,10 +85,13 @@ def _file(help_text: str, *names: str) -> Any:
 class RunOptions:
     """Arguments of ``fcu run``."""
 
-    firmware: str | None = argument(required=False)
+    firmware: str | None = argument(required=False, shell_complete=FIRMWARE)
     wiring: str | None = _wiring()
     scenario: str | None = option(
-        "--scenario", metavar="NAME|FILE", help="Move the board, and check the firmware's output."
+        "--scenario",
+        shell_complete=SCENARIO,
+        metavar="NAME|FILE",
+        help="Move the board, and check the firmware's output.",
     )
     duration: str | None = option(
         "--duration", metavar="TIME", help="Virtual time to run, such as 10s or 500ms."
@@ -175,9 +180,15 @@ class MoveOptions:
 class DiffOptions:
     """Arguments of ``fcu diff``."""
 
-    first: str = argument(metavar="A")
-    second: str = argument(metavar="B")
-    scenario: str = option("--scenario", metavar="NAME|FILE", required=True, help="Scenario of both runs.")
+    first: str = argument(metavar="A", shell_complete=FIRMWARE)
+    second: str = argument(metavar="B", shell_complete=FIRMWARE)
+    scenario: str = option(
+        "--scenario",
+        shell_complete=SCENARIO,
+        metavar="NAME|FILE",
+        required=True,
+        help="Scenario of both runs.",
+    )
     wiring: str | None = _wiring()
     seed: int | None = _seed()
     ideal: bool = _ideal()
@@ -215,7 +226,13 @@ class GradeOptions:
     """Arguments of ``fcu grade``."""
 
     submissions: Path | None = argument(required=False, type=PATH)
-    rubric: str = option("--rubric", required=True, metavar="NAME|FILE", help="The rubric, such as lab3.")
+    rubric: str = option(
+        "--rubric",
+        shell_complete=RUBRIC,
+        required=True,
+        metavar="NAME|FILE",
+        help="The rubric, such as lab3.",
+    )
     out: Path | None = option("--out", type=PATH, metavar="DIR", help="Folder for the reports.")
     roster: Path | None = _file("The class: CSV with id, name, email.", "--roster")
     overrides: Path | None = _file(
@@ -284,9 +301,12 @@ class GradeOptions:
 class WebOptions:
     """Arguments of ``fcu web``."""
 
-    firmware: str | None = argument(required=False)
+    firmware: str | None = argument(required=False, shell_complete=FIRMWARE)
     scenario: str | None = option(
-        "--scenario", metavar="NAME|FILE", help="Play this scenario from the start, and check the firmware."
+        "--scenario",
+        shell_complete=SCENARIO,
+        metavar="NAME|FILE",
+        help="Play this scenario from the start, and check the firmware.",
     )
     wiring: str | None = _wiring()
     seed: int | None = _seed()
@@ -327,7 +347,7 @@ class WebOptions:
 class CheckOptions:
     """Arguments of ``fcu check``. ``rubric``: None selects the project's rubric, or else LAB3's."""
 
-    target: str = argument(metavar="[FOLDER|FILE]", default=".")
+    target: str = argument(metavar="[FOLDER|FILE]", default=".", shell_complete=FIRMWARE)
     exercises: tuple[str, ...] = option(
         "--exercise", "-e", multiple=True, metavar="N", help="Check only this exercise; may be repeated."
     )
@@ -342,7 +362,10 @@ class CheckOptions:
         "--boards", type=click.IntRange(1, 1000), metavar="N", help="Check on N boards, with a summary."
     )
     rubric: str | None = option(
-        "--rubric", metavar="NAME|FILE", help="The rubric. Default: the rubric of the project, else lab3."
+        "--rubric",
+        shell_complete=RUBRIC,
+        metavar="NAME|FILE",
+        help="The rubric. Default: the rubric of the project, else lab3.",
     )
     jobs: int | None = option(
         "--jobs",

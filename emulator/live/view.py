@@ -107,12 +107,12 @@ def _has(board: Board, name: str) -> bool:
 
 def variable(board: Board, path: str) -> dict[str, float]:
     """Return the finite numbers at a path such as ``pitch``, ``acc.AXIS_X`` or ``a[0]``."""
-    return {name: value for name, value in _numbers(board, path).items() if np.isfinite(value)}
+    return {name: value for name, value in numbers(board, path).items() if np.isfinite(value)}
 
 
 def can_be_watched(board: Board, path: str) -> bool:
     """Return whether a path names a numeric global variable."""
-    return bool(_numbers(board, path))
+    return bool(numbers(board, path))
 
 
 def why_not_watched(board: Board, path: str) -> str:
@@ -120,17 +120,18 @@ def why_not_watched(board: Board, path: str) -> str:
     names = variable_names(board)
     name = re.split(r"[.\[]", path, maxsplit=1)[0]
     if name in names:
-        members = list(_numbers(board, name))
+        members = list(numbers(board, name))
         if not members:
-            return f"cannot plot the variable {name}: it has no numbers"
+            return f"cannot show the variable {name}: it has no numbers"
         return f"variable {name} has no {shown(path)}; it has {', '.join(members[:_MOST_LEAVES])}"
     if not names:
-        return f"cannot plot {shown(path)}: the firmware has no symbols"
+        return f"cannot show {shown(path)}: the firmware has no symbols"
     near = difflib.get_close_matches(name, names, n=3) or names[:8]
     return f"unknown variable {shown(path)}; the firmware has {', '.join(near)}"
 
 
-def _numbers(board: Board, path: str) -> dict[str, float]:
+def numbers(board: Board, path: str) -> dict[str, float]:
+    """Return the numbers at a path, also those that are not finite; {} for an unknown variable."""
     name = re.split(r"[.\[]", path, maxsplit=1)[0]
     try:
         value = board.variable(name)

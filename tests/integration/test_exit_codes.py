@@ -216,6 +216,14 @@ def test_names_of_files_are_printed_safely(words: Words) -> None:
     words("run", done.stderr)
 
 
+@pytest.mark.parametrize("command", ["build", "check", "run"])
+def test_too_long_name_is_usage_error(command: str) -> None:
+    done = fcu(command, "x" * 4000)
+
+    assert (done.returncode, len(done.stderr.splitlines())) == (USAGE_ERROR, 1)
+    assert len(done.stderr) < 200 or sys.platform == "win32"
+
+
 def test_same_file_for_two_outputs_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "run"
     done = fcu("run", "--duration", "1s", "--json", file, "--trace", file)

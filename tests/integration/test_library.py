@@ -38,8 +38,9 @@ def copied_clone(folder: Path) -> Path:
     for name in (*PACKAGES, "fcu_emulator", "building"):
         ignored = shutil.ignore_patterns("__pycache__", "generated", native.library_name())
         shutil.copytree(ROOT / name, folder / name, ignore=ignored)
-    for name in ("pyproject.toml", "README.md", "LICENSE", ".gitignore"):
+    for name in ("pyproject.toml", "README.md", "LICENSE", ".gitignore", "llms.txt"):
         shutil.copy(ROOT / name, folder)
+    shutil.copytree(ROOT / "docs", folder / "docs")
     return folder
 
 

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from fcu_emulator.emulator.cli.exercises import LabExercises, as_checked, judged
+from fcu_emulator.emulator.cli.exercises import LabExercises, judged
 from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.grading.checked import as_checked
 from fcu_emulator.emulator.grading.judge import judge
 from fcu_emulator.emulator.grading.rubric import load_rubric
 from fcu_emulator.emulator.live.messages import Checked

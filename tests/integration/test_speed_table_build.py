@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.bench import build
+from fcu_emulator.emulator.host.commit import commit
 from tests.integration.test_library import PACKAGES, copied_clone
 
 CHANGED = " with changes"
@@ -42,31 +42,31 @@ def head(clone: Path) -> str:
 
 
 def test_clean_clone_is_identified_by_its_commit(clone: Path) -> None:
-    assert build.commit(clone) == head(clone)
+    assert commit(clone) == head(clone)
 
 
 @pytest.mark.parametrize("folder", [*PACKAGES, "fcu_emulator", "building"])
 def test_changed_and_new_files_of_build_are_marked(folder: str, clone: Path) -> None:
     changed = clone / git(clone, "ls-files", folder).splitlines()[0]
     changed.write_bytes(changed.read_bytes() + b"\n")
-    with_a_change = build.commit(clone)
+    with_a_change = commit(clone)
     git(clone, "reset", "-q", "--hard")
     (clone / folder / "new.py").touch()
 
-    assert with_a_change == build.commit(clone) == head(clone) + CHANGED
+    assert with_a_change == commit(clone) == head(clone) + CHANGED
 
 
 def test_changed_settings_of_build_are_marked(clone: Path) -> None:
     (clone / "pyproject.toml").write_text("", encoding="utf-8")
 
-    assert build.commit(clone) == head(clone) + CHANGED
+    assert commit(clone) == head(clone) + CHANGED
 
 
 def test_changed_documents_are_not_marked(clone: Path) -> None:
     (clone / "README.md").write_text("", encoding="utf-8")
     (clone / "figures.json").touch()
 
-    assert build.commit(clone) == head(clone)
+    assert commit(clone) == head(clone)
 
 
 def test_installed_package_has_no_commit(clone: Path, tmp_path: Path) -> None:
@@ -74,4 +74,4 @@ def test_installed_package_has_no_commit(clone: Path, tmp_path: Path) -> None:
     installed = clone / "environment" / "site-packages"
     installed.mkdir(parents=True)
 
-    assert build.commit(installed) == build.commit(tmp_path) == "unknown"
+    assert commit(installed) == commit(tmp_path) == ""

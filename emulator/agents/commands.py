@@ -1,0 +1,165 @@
+"""Commands of ``fcu`` in child processes, with bounded output and time.
+
+Decision: build, check and run are the commands that a user types, each in a process. A tool then returns the same
+verdict as the command line, a crash does not end the server, and a command that takes too long can be ended.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+from typing import IO, Final
+
+from fcu_emulator.emulator.errors import InputError, NotJudgedError
+from fcu_emulator.emulator.host.cleanup import before_exit, done
+
+_LARGEST_OUTPUT: Final = 1 << 20  # bytes that are kept of each stream
+_USAGE_ERROR: Final = 2
+_ASK_AGAIN_S: Final = 0.05
+_END_S: Final = 5.0  # time for an orderly end
+_START: Final = (
+    "import runpy, sys; sys.path[:] = {path!r}; runpy.run_module('fcu_emulator', run_name='__main__')"
+)
+_PREFIX, _USAGE, _ERROR = "fcu: ", "Usage: ", "Error: "
+"""Beginning of a message of fcu, and of the first and the last line of a message of click."""
+
+
+class Patience:
+    """The wall time that one call may take, from now or from ``begin``. ``cancel`` ends it early."""
+
+    def __init__(self, wall_s: float) -> None:
+        self.wall_s = wall_s
+        self._cancelled = threading.Event()
+        self.begin()
+
+    def begin(self) -> None:
+        """Start the time again, because the call has waited for other calls."""
+        self._end_s = time.monotonic() + self.wall_s
+
+    def cancel(self) -> None:
+        """End the call soon. Any thread may call this."""
+        self._cancelled.set()
+
+    @property
+    def over(self) -> bool:
+        return self._cancelled.is_set() or time.monotonic() >= self._end_s
+
+
+@dataclass(frozen=True)
+class Finished:
+    """A command that has ended. ``output`` and ``errors`` are its streams; ``lost`` counts bytes not kept of output."""
+
+    code: int
+    output: str
+    errors: str
+    lost: int
+
+    def raise_usage_error(self) -> None:
+        """Raise InputError, with one line, if the command could not use its arguments."""
+        lines = self.errors.strip().splitlines()
+        if self.code == _USAGE_ERROR and lines and (len(lines) == 1 or lines[0].startswith(_USAGE)):
+            raise InputError(lines[-1].removeprefix(_PREFIX).removeprefix(_ERROR))
+
+
+def run_fcu(arguments: Sequence[str], patience: Patience) -> Finished:
+    """Run ``fcu`` with these arguments until it ends. Raises NotJudgedError if it takes too long."""
+    command = [sys.executable, "-P", "-c", _START.format(path=sys.path), *arguments]
+    try:
+        process = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            start_new_session=sys.platform != "win32",
+        )
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"cannot run fcu {arguments[0]}: {getattr(error, 'strerror', '') or error}"
+        ) from error
+    kill = partial(_kill, process)
+    before_exit(kill)
+    assert process.stdout is not None
+    assert process.stderr is not None
+    output, errors = _Drain(process.stdout), _Drain(process.stderr)
+    try:
+        while process.poll() is None:
+            if patience.over:
+                _end(process)
+                raise NotJudgedError(
+                    f"fcu {arguments[0]} did not end within {patience.wall_s:g} s of wall time"
+                )
+            output.wait(_ASK_AGAIN_S)
+    finally:
+        kill()
+        done(kill)
+        output.close()
+        errors.close()
+    return Finished(process.returncode, output.text, errors.text, output.lost)
+
+
+class _Drain:
+    """Reads a stream to its end, and keeps its first bytes."""
+
+    def __init__(self, stream: IO[bytes]) -> None:
+        self._stream = stream
+        self._kept = bytearray()
+        self.lost = 0
+        self._thread = threading.Thread(target=self._read, daemon=True)
+        self._thread.start()
+
+    @property
+    def text(self) -> str:
+        return self._kept.decode("utf-8", "replace")
+
+    def wait(self, seconds: float) -> None:
+        """Wait for the end of the stream, at most for this time."""
+        if self._thread.is_alive():
+            self._thread.join(seconds)
+        else:
+            time.sleep(_ASK_AGAIN_S / 5)
+
+    def close(self) -> None:
+        """Read the rest. A grandchild may still have the stream open, so the wait is limited."""
+        self._thread.join(_END_S)
+
+    def _read(self) -> None:
+        with self._stream:
+            while data := os.read(self._stream.fileno(), 1 << 16):
+                room = _LARGEST_OUTPUT - len(self._kept)
+                self._kept += data[:room]
+                self.lost += len(data[room:])
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """Ask the command and its own children to end, so that it removes its temporary files."""
+    if sys.platform != "win32":
+        _signal(process, signal.SIGTERM)
+        with suppress(subprocess.TimeoutExpired):
+            process.wait(_END_S)
+
+
+def _kill(process: subprocess.Popen[bytes]) -> None:
+    """End the command and its children immediately. After its end, its id may belong to another process."""
+    if process.poll() is None:
+        if sys.platform == "win32":
+            process.kill()
+        else:
+            _signal(process, signal.SIGKILL)
+        process.wait()
+
+
+if sys.platform != "win32":
+
+    def _signal(process: subprocess.Popen[bytes], number: int) -> None:
+        with suppress(
+            ProcessLookupError, PermissionError
+        ):  # PermissionError: only zombies are left, on macOS
+            os.killpg(process.pid, number)
