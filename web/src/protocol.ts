@@ -115,8 +115,9 @@ export function overWebSocket(): Session {
     };
   };
   // A browser does not tell why a socket was not opened: a server that gives the page, but no socket, refuses it.
+  // JupyterHub answers requests for images and scripts ("no-cors"), and sends all others to its login page.
   const askAgain = async (): Promise<void> => {
-    const refused = await fetch("icon.svg", { redirect: "error" }).then((response) => response.ok, () => false);
+    const refused = await fetch("icon.svg", { mode: "no-cors", redirect: "error" }).then((response) => response.ok, () => false);
     session.onConnected(false, refused ? REFUSED : UNREACHABLE);
     window.setTimeout(connect, refused ? 5000 : 500);
   };
