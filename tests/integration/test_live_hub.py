@@ -12,6 +12,7 @@ import os
 import shutil
 import sys
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -66,7 +67,9 @@ class User:
 
     @property
     def token(self) -> str:
-        stored: str = self.board.evaluate("Object.entries(sessionStorage).find(([k]) => k.startsWith('fcu-token'))[1]")
+        stored: str = self.board.evaluate(
+            "Object.entries(sessionStorage).find(([k]) => k.startsWith('fcu-token'))[1]"
+        )
         return stored
 
     def cookie(self, path: str) -> str:
@@ -93,10 +96,10 @@ def users(hub: Hub) -> Iterator[tuple[User, User]]:
 def get(hub: Hub, path: str, cookie: str = "", port: int | None = None) -> tuple[int, str]:
     """Return status and body for the hub's address, or for a port with the Host header of the hub."""
     place = urlsplit(hub.origin)
-    connection = http.client.HTTPConnection("127.0.0.1", port or place.port, timeout=60)
-    connection.request("GET", path, headers={"Host": place.netloc, "Cookie": cookie})
-    answer = connection.getresponse()
-    return answer.status, answer.read().decode(errors="replace")
+    with closing(http.client.HTTPConnection("127.0.0.1", port or place.port, timeout=60)) as connection:
+        connection.request("GET", path, headers={"Host": place.netloc, "Cookie": cookie})
+        with connection.getresponse() as answer:
+            return answer.status, answer.read().decode(errors="replace")
 
 
 def first_event(hub: Hub, path: str, cookie: str, token: str, origin: str | None = None) -> str:
@@ -155,7 +158,9 @@ def test_token_of_other_user_opens_no_socket(users: tuple[User, User]) -> None:
     assert first_event(ada.hub, path, ada.cookie(path), "") == ""
 
 
-@pytest.mark.parametrize("origin", ["https://evil.example", "null", "http://127.0.0.1:1", "https://127.0.0.1"])
+@pytest.mark.parametrize(
+    "origin", ["https://evil.example", "null", "http://127.0.0.1:1", "https://127.0.0.1"]
+)
 def test_page_of_other_origin_opens_no_socket(users: tuple[User, User], origin: str) -> None:
     ada, _ = users
     path = f"{ada.base}session"
@@ -164,7 +169,9 @@ def test_page_of_other_origin_opens_no_socket(users: tuple[User, User], origin: 
 
 def test_proxy_of_other_user_opens_no_socket(users: tuple[User, User]) -> None:
     ada, bob = users
-    port = board_port("ada")  # both boards are on 127.0.0.1 of one machine, and the proxy of Jupyter reaches each port
+    port = board_port(
+        "ada"
+    )  # both boards are on 127.0.0.1 of one machine, and the proxy of Jupyter reaches each port
     for path in (
         f"/user/bob/proxy/{port}/session",
         f"/user/bob/proxy/{port}/user/ada/fcu/session",
@@ -181,11 +188,14 @@ def test_port_itself_opens_no_socket_without_token(users: tuple[User, User]) -> 
     ada, _ = users
     port = board_port("ada")
     for host in (f"127.0.0.1:{port}", urlsplit(ada.hub.origin).netloc):
-        with pytest.raises(InvalidStatus) as refused, connect(
-            f"ws://127.0.0.1:{port}{ada.base}session",
-            additional_headers={},
-            origin=f"http://{host}",  # type: ignore[arg-type]
-            subprotocols=["fcu", "fcu.token.x"],  # type: ignore[list-item]
+        with (
+            pytest.raises(InvalidStatus) as refused,
+            connect(
+                f"ws://127.0.0.1:{port}{ada.base}session",
+                additional_headers={},
+                origin=f"http://{host}",  # type: ignore[arg-type]
+                subprotocols=["fcu", "fcu.token.x"],  # type: ignore[list-item]
+            ),
         ):
             pass
         assert refused.value.response.status_code == 403
