@@ -11,7 +11,7 @@ await build({
   entryPoints: { app: "src/main.ts" },
   bundle: true,
   minify: true,
-  format: "esm",
+  format: "iife", // JupyterHub refuses requests of modules, which browsers mark as CORS
   target: "es2022",
   legalComments: "none",
   loader: { ".css": "css" },

@@ -324,6 +324,15 @@ class WebOptions:
         metavar="ADDRESS",
         help="Address of the page, for example for a phone. Default: 127.0.0.1.",
     )
+    base_path: str = option(
+        "--base-path",
+        default="/",
+        metavar="PATH",
+        help="Path of the page below a proxy, such as /user/ada/fcu/. Default: /.",
+    )
+    behind: str | None = option(
+        "--behind", metavar="ORIGIN", help="Origin of the proxy before the page, such as https://hub.example."
+    )
     no_browser: bool = option(
         "--no-browser", is_flag=True, help="Print the page's address without opening it."
     )

@@ -19,6 +19,7 @@ from fcu_emulator.emulator.links import Addressed, ByteLink, open_link
 from fcu_emulator.emulator.links.control import ControlServer
 from fcu_emulator.emulator.live.exercises import Exercises
 from fcu_emulator.emulator.live.listening import warning
+from fcu_emulator.emulator.live.public import given_token
 from fcu_emulator.emulator.live.server import PageServer
 from fcu_emulator.emulator.live.session import LiveSession
 from fcu_emulator.emulator.live.setup import Setup
@@ -41,8 +42,16 @@ def serve_board(options: WebOptions) -> ExitCode:
         raise InputError(f"--record {options.record}: the folder {options.record.parent} must exist")
     if options.record is not None and (options.record.is_dir() or options.record.is_fifo()):
         raise InputError(f"--record {options.record} must be a writable file")
+    token = given_token()
     with ExitStack() as stack:
-        server = PageServer(options.port, say, listen=options.listen)
+        server = PageServer(
+            options.port,
+            say,
+            listen=options.listen,
+            base_path=options.base_path,
+            behind=options.behind,
+            token=token,
+        )
         stack.callback(server.close)
         links: list[ByteLink] = []
         for spec in dict.fromkeys(options.serial):
@@ -57,7 +66,7 @@ def serve_board(options: WebOptions) -> ExitCode:
         say(f"board {booted.wiring.name}, firmware {booted.name}{what}, seed {session.board.seed}")
         for note in (*booted.notes, *announcement()):
             say(note)
-        say(f"page: {server.url}")
+        say(f"page: {server.url if token is None else server.address.page_without_token}")
         if warned := warning(options.listen):
             say(warned, "warning")
         for line in session.ways():

@@ -25,20 +25,33 @@ _LARGEST_FILE = 4096
 
 @dataclass(frozen=True)
 class Address:
-    """The address ``http://HOST:PORT/#token=TOKEN`` of a session."""
+    """The address ``http://HOST:PORT/#token=TOKEN`` of a session, or its address behind a proxy.
+
+    ``behind``: origin of the proxy, or "". ``base_path``: path prefix with a slash at both ends.
+    """
 
     port: int
     token: str
     host: str = LOCAL
+    base_path: str = "/"
+    behind: str = ""
+
+    @property
+    def _place(self) -> str:
+        return f"{self.behind or f'http://{self.host}:{self.port}'}{self.base_path}"
 
     @property
     def page(self) -> str:
-        return f"http://{self.host}:{self.port}/#token={self.token}"
+        return f"{self._place}#token={self.token}"
+
+    @property
+    def page_without_token(self) -> str:
+        return self._place
 
     @property
     def socket(self) -> str:
         """URL of the WebSocket. Clients must offer :attr:`protocols`."""
-        return f"ws://{self.host}:{self.port}/session"
+        return f"ws{self._place.removeprefix('http')}session"
 
     @property
     def protocols(self) -> tuple[str, str]:

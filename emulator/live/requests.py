@@ -14,8 +14,9 @@ from typing import Protocol
 
 from fcu_emulator.emulator.live.address import TOKEN_PREFIX, Address
 from fcu_emulator.emulator.live.bundle import Bundle
+from fcu_emulator.emulator.live.public import PublicPlace
 
-SOCKET = "/session"
+SOCKET = "session"  # relative to the path prefix
 _TEXT = "text/plain; charset=utf-8"
 
 
@@ -36,25 +37,30 @@ class Answer:
 
 
 class Requests:
-    """Handler of requests to ``address``. Raises OSError if page files cannot be read."""
+    """Handler of requests to ``address`` at ``place``. Raises OSError if page files cannot be read."""
 
-    def __init__(self, address: Address, hosts: Sequence[str]) -> None:
+    def __init__(self, address: Address, place: PublicPlace) -> None:
         self._offer = f"{TOKEN_PREFIX}{address.token}".encode()
-        self._hosts = tuple(hosts)
-        self._origins = tuple(f"http://{host}" for host in self._hosts)
+        self._place = place
         self._bundle = Bundle()  # read once, so that a request does not need a file descriptor
 
     def answer(self, method: str, target: str, headers: Headers, has_room: bool) -> Answer | None:
         """Return the response, or None to open a socket if the server ``has_room``."""
         hosts = headers.get_all("Host")
-        if len(hosts) != 1 or hosts[0].lower() not in self._hosts:
-            return self._refuse(HTTPStatus.FORBIDDEN, f"the host must be {self._hosts[0]}")
+        if len(hosts) != 1 or hosts[0].lower() not in self._place.hosts:
+            return self._refuse(HTTPStatus.FORBIDDEN, f"the host must be {self._place.hosts[0]}")
         if method != "GET":
             return self._refuse(HTTPStatus.METHOD_NOT_ALLOWED, "the method must be GET", ("Allow", "GET"))
-        path = target.partition("?")[0]
-        if path == SOCKET:
+        return self._answer_path(target.partition("?")[0], headers, has_room)
+
+    def _answer_path(self, path: str, headers: Headers, has_room: bool) -> Answer | None:
+        base = self._place.base_path
+        if path and f"{path}/" == base:
+            return self._refuse(HTTPStatus.PERMANENT_REDIRECT, f"the page is {base}", ("Location", base))
+        name = path[len(base) :] if path.startswith(base) else None
+        if name == SOCKET:
             return self._reason_against(headers, has_room)
-        file = self._bundle.file(path, headers.get_all("Accept-Encoding"))
+        file = None if name is None else self._bundle.file(f"/{name}", headers.get_all("Accept-Encoding"))
         if file is None:
             return self._refuse(HTTPStatus.NOT_FOUND, "not found")
         return self._respond(HTTPStatus.OK, file.body, file.headers)
@@ -65,7 +71,7 @@ class Requests:
     def _reason_against(self, headers: Headers, has_room: bool) -> Answer | None:
         why = ""
         status = HTTPStatus.FORBIDDEN
-        if any(origin not in self._origins for origin in headers.get_all("Origin")):
+        if any(origin not in self._place.origins for origin in headers.get_all("Origin")):
             why = "another page must not move this board"
         elif not self._knows_token(headers):
             why = "open the address that fcu web printed"
@@ -85,7 +91,7 @@ class Requests:
     def _respond(
         self, status: HTTPStatus, body: bytes, headers: Sequence[tuple[str, str]], because: str = ""
     ) -> Answer:
-        sockets = " ".join(f"ws://{host}" for host in self._hosts)
+        sockets = " ".join(self._place.sockets)
         policy = (
             "default-src 'none'; script-src 'self'; img-src 'self' data: blob:; "
             "style-src 'self' 'unsafe-inline'; "  # xterm.js inserts a style sheet into the page

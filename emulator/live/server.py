@@ -1,4 +1,4 @@
-"""Server of the page and its WebSocket, on 127.0.0.1 or the user's address.
+"""Server of the page and its WebSocket, on 127.0.0.1 or the user's address, possibly behind a proxy.
 
 The server runs in a separate thread. A slow page receives fewer messages and never slows the board. If a
 page sends too fast, it must wait.
@@ -13,13 +13,14 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 from fcu_emulator.emulator.errors import InputError, LinkError
 from fcu_emulator.emulator.host.cleanup import before_exit, done
 from fcu_emulator.emulator.links.limited_lines import LimitedLines
 from fcu_emulator.emulator.live import address as addresses
-from fcu_emulator.emulator.live import listening, messages
+from fcu_emulator.emulator.live import listening, messages, public
 from fcu_emulator.emulator.live.messages import PageCommand, SessionEvent
 from fcu_emulator.emulator.live.outbox import Outbox
 from fcu_emulator.emulator.live.requests import Answer, Requests
@@ -66,8 +67,10 @@ def websockets_missing() -> InputError:
 class PageServer:
     """Server of the page and its sockets. Set ``controls`` before the first page connects.
 
-    If ``port`` is 0, any free port is used. ``say(line)`` receives failures. Raises InputError for a missing
-    library or an invalid ``listen``, LinkError for an unavailable address or port.
+    If ``port`` is 0, any free port is used. ``say(line)`` receives failures. ``base_path`` and ``behind`` are the path
+    prefix and the origin behind a proxy. If ``token`` is None, the server makes a token. Raises InputError for a
+    missing library or an invalid ``listen``, ``base_path`` or ``behind``, and LinkError for an unavailable address or
+    port.
     """
 
     def __init__(
@@ -75,6 +78,10 @@ class PageServer:
         port: int = 0,
         say: Callable[[str], None] = lambda _line: None,
         listen: str = listening.LOCAL,
+        *,
+        base_path: str = "/",
+        behind: str | None = None,
+        token: str | None = None,
     ) -> None:
         try:
             import websockets.asyncio.server  # noqa: F401 is it installed?
@@ -82,7 +89,10 @@ class PageServer:
             raise websockets_missing() from error
         self.controls: Controls | None = None
         self._listen_on = listening.checked(listen)
-        self._fixed = port != 0
+        self._base_path = public.checked_base_path(base_path)
+        self._behind = None if behind is None else public.checked_behind(behind)
+        self._given_token = token
+        self._fixed = port != 0 and token is None  # with a stored token
         self._say = LimitedLines(say)
         self._outboxes: dict[object, Outbox] = {}
         self._callers: dict[ServerConnection, None] = {}
@@ -122,7 +132,7 @@ class PageServer:
         if self._thread.is_alive():
             self._loop.call_soon_threadsafe(self._stop.set)
             self._thread.join()
-        if not self._fixed:
+        if not self._fixed and self._given_token is None:
             self._withdraw_address()
             done(self._withdraw_address)
 
@@ -171,11 +181,19 @@ class PageServer:
     def _begin(self, server: Server) -> None:
         port = next(iter(server.sockets)).getsockname()[1]
         host = listening.host(self._listen_on)
-        self.address = addresses.address_for(port, host) if self._fixed else addresses.fresh(port, host)
-        if not self._fixed:
-            before_exit(self._withdraw_address)
-        addresses.publish(self.address)
-        self._requests = Requests(self.address, listening.hosts(self._listen_on, port))
+        at = addresses.address_for(port, host) if self._fixed else addresses.fresh(port, host)
+        self.address = replace(
+            at,
+            token=self._given_token or at.token,
+            base_path=self._base_path,
+            behind=self._behind or "",
+        )
+        if self._given_token is None:
+            if not self._fixed:
+                before_exit(self._withdraw_address)
+            addresses.publish(self.address)
+        place = public.place(self._listen_on, port, self._base_path, self._behind)
+        self._requests = Requests(self.address, place)
         self._ready.set()
 
     def _handle_failure(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:

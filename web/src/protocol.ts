@@ -79,7 +79,9 @@ export interface Session {
 }
 
 const UNREACHABLE = "not connected";
-const REFUSED = "refused: open the address that fcu web printed";
+const REFUSED = location.pathname === "/"
+  ? "refused: open the address that fcu web printed"
+  : "refused: open the launcher's tile, or the address that fcu web printed"; // below a path the board may be a hub's
 
 // A session over a WebSocket, found again when the server has been restarted. A worker that runs the board in the
 // browser would be another Session.
@@ -98,7 +100,7 @@ export function overWebSocket(): Session {
       session.onConnected(false, REFUSED);
       return;
     }
-    const opened = new WebSocket(`ws://${location.host}/session`, protocols(secret));
+    const opened = new WebSocket(new URL("session", location.href.replace(/^http/, "ws")), protocols(secret));
     let accepted = false;
     socket = opened;
     opened.onopen = () => {
@@ -113,8 +115,9 @@ export function overWebSocket(): Session {
     };
   };
   // A browser does not tell why a socket was not opened: a server that gives the page, but no socket, refuses it.
+  // JupyterHub answers requests for images and scripts ("no-cors"), and sends all others to its login page.
   const askAgain = async (): Promise<void> => {
-    const refused = await fetch("/icon.svg").then((response) => response.ok, () => false);
+    const refused = await fetch("icon.svg", { mode: "no-cors", redirect: "error" }).then((response) => response.ok, () => false);
     session.onConnected(false, refused ? REFUSED : UNREACHABLE);
     window.setTimeout(connect, refused ? 5000 : 500);
   };
