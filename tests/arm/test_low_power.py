@@ -204,6 +204,21 @@ def test_stop_with_wake_up_source_is_not_stuck(tmp_path: Path) -> None:
         assert bench.board.chip.diagnosis() is None
 
 
+def test_debugger_halts_stopped_chip(tmp_path: Path) -> None:
+    bench = PowerBoard(START + PIN_WAKES + LED_ON + sleep() + LED_OFF + "b end", tmp_path)
+    bench.run_ms(5)
+    assert bench.board.chip is not None
+    core = bench.board.chip.core
+    core.halt()
+    assert core.halted
+    core.resume(step=False)
+    bench.run_ms(5)
+    drive(bench, 1)
+    bench.run_ms(1)
+
+    assert bench.edges_us()[1] == pytest.approx(10_013.5, abs=1)
+
+
 # -- Standby ------------------------------------------------------------------------------------------------
 
 COUNT_BOOTS = put("PWR_CR", 1 << 8) + "mov32 r0, BKP0R\nldr r1, [r0]\nadds r1, #1\nstr r1, [r0]\n"
