@@ -205,7 +205,7 @@ def test_stop_with_wake_up_source_is_not_stuck(tmp_path: Path) -> None:
 
 
 def test_debugger_halts_stopped_chip(tmp_path: Path) -> None:
-    bench = PowerBoard(START + PIN_WAKES + LED_ON + sleep() + LED_OFF + "b end", tmp_path)
+    bench = PowerBoard(START + PIN_EVENT + LED_ON + sleep("wfe") + LED_OFF, tmp_path)
     bench.run_ms(5)
     assert bench.board.chip is not None
     core = bench.board.chip.core
