@@ -69,11 +69,10 @@ class LowPower:
 
     def can_wake(self) -> bool:
         """Return whether a wake-up source of the present mode is on."""
-        iwdg_runs = any(one.is_running for one in self._core.all_peripherals if isinstance(one, Iwdg))
-        if iwdg_runs or self._rtc.can_interrupt():
+        if any(one.is_running for one in self._core.all_peripherals if isinstance(one, Iwdg)):
             return True
         if self.in_standby:
-            return bool(self._pwr.registers[pwr.CSR] & pwr.EWUP)
+            return bool(self._pwr.registers[pwr.CSR] & pwr.EWUP) or self._rtc.can_interrupt()
         lines = self._core.peripherals["EXTI"]
         return bool(lines.peek(exti.IMR.addr) | lines.peek(exti.EMR.addr))
 

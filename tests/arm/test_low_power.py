@@ -196,12 +196,39 @@ def test_stop_without_wake_up_source_is_stuck(tmp_path: Path) -> None:
     assert diagnosis.fatal
 
 
+def test_wake_up_timer_without_exti_line_is_stuck(tmp_path: Path) -> None:
+    """The RTC wakes the chip from Stop through line 22 only (17.5, EXTI lines)."""
+    source = START + LSI_RTC + wake_up_after(10) + put("EXTI_IMR", 0) + sleep() + "b end"
+    bench = PowerBoard(source, tmp_path)
+    bench.run_ms(3)
+    assert bench.board.chip is not None
+    diagnosis = bench.board.chip.diagnosis()
+
+    assert diagnosis is not None
+    assert diagnosis.kind == "stuck"
+
+
 def test_stop_with_wake_up_source_is_not_stuck(tmp_path: Path) -> None:
     bench = PowerBoard(START + LSI_RTC + wake_up_after(60_000) + sleep(), tmp_path)
     for _ in range(5):
         bench.run_ms(700)
         assert bench.board.chip is not None
         assert bench.board.chip.diagnosis() is None
+
+
+def test_debugger_halts_stopped_chip(tmp_path: Path) -> None:
+    bench = PowerBoard(START + PIN_EVENT + LED_ON + sleep("wfe") + LED_OFF, tmp_path)
+    bench.run_ms(5)
+    assert bench.board.chip is not None
+    core = bench.board.chip.core
+    core.halt()
+    assert core.halted
+    core.resume(step=False)
+    bench.run_ms(5)
+    drive(bench, 1)
+    bench.run_ms(1)
+
+    assert bench.edges_us()[1] == pytest.approx(10_013.5, abs=1)
 
 
 # -- Standby ------------------------------------------------------------------------------------------------

@@ -231,6 +231,18 @@ def test_baud_rate_follows_peripheral_clock() -> None:
     assert frame_ps(bench) == 10 * 729 * PS_PER_S // 16_000_000
 
 
+def test_clock_change_is_noted_with_next_byte() -> None:
+    """Firmware runs from HSI for a moment after Stop, and selects the PLL before it prints."""
+    bench = started()
+    for pclk2_hz in (0, 16_000_000, 84_000_000):
+        bench.clocks.set(pclk2_hz=pclk2_hz)
+    transmit(bench, b"a")
+    assert "baud-rate" not in bench.chip.problems()
+    bench.clocks.set(pclk2_hz=16_000_000)
+    transmit(bench, b"b")
+    assert "baud-rate" in bench.chip.problems()
+
+
 def test_two_stop_bits_lengthen_frame_and_are_noted() -> None:
     bench = started()
     bench.write(bench.usart1, CR2, 2 << 12)

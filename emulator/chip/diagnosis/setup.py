@@ -92,6 +92,8 @@ def printed_elsewhere(chip: Chip, signals: BoardSignals) -> Diagnosis | None:
 
 def wrong_baud(chip: Chip, signals: BoardSignals) -> Diagnosis | None:
     """Report output that a real terminal would show as garbage."""
+    if chip.low_power.in_stop:  # the program selects its clocks when it wakes
+        return None
     name = signals.board.serial.peripheral
     usart = chip.core.peripherals[name]
     divider = usart.peek(_BRR)

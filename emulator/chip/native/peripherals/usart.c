@@ -130,6 +130,50 @@ static int64_t next_flag_ps(const Usart *usart) {
   return usart->tc_ps > now_ps && usart->tc_ps < at_ps ? usart->tc_ps : at_ps;
 }
 
+/* Section 19.3.4. */
+static int64_t ticks_per_bit(const Usart *usart) {
+  uint32_t brr = REGISTER(usart, BRR);
+  return REGISTER(usart, CR1) & CR1_OVER8 ? (brr >> 4) * 8 + (brr & 7) : brr;
+}
+
+static int64_t kernel_hz(const Usart *usart) {
+  const Clocks *clocks = &usart->peripheral.chip->clocks;
+  return VARIANTS[usart->number].apb == 1 ? clocks->pclk1_hz : clocks->pclk2_hz;
+}
+
+static int half_bits(const Usart *usart) {
+  static const uint8_t STOP_HALF_BITS[] = {2, 1, 4, 3};
+  return 2 * (REGISTER(usart, CR1) & CR1_M ? 10 : 9) + STOP_HALF_BITS[FIELD(REGISTER(usart, CR2), CR2_STOP)];
+}
+
+/* A terminal with other settings shows garbage. */
+static void check_terminal_settings(Usart *usart, double baud, bool plain) {
+  int expected = usart->terminal_baud;
+  if (!expected) {
+    return;
+  }
+  if (fabs(baud / expected - 1) > BAUD_TOLERANCE) {
+    peripheral_note(&usart->peripheral, -1, NOTE_FORBIDDEN,
+                    "baud-rate baud=%.0f expected=%d | %.0f baud; a terminal at %d baud would show garbage", baud,
+                    expected, baud, expected);
+  }
+  if (!plain) {
+    peripheral_note(&usart->peripheral, -1, NOTE_FORBIDDEN,
+                    "frame-format | frames are not 8N1; a terminal set to 8N1 would show garbage");
+  }
+}
+
+/* Check after a write to a register, and at the first byte after a change of the clocks: firmware may change the
+ * clocks in several steps, for example after Stop. */
+static void check_settings(Usart *usart) {
+  int64_t ticks = ticks_per_bit(usart), hz = kernel_hz(usart);
+  if (!usart->settings_checked && ticks && hz && is_sending(usart)) {
+    usart->settings_checked = true;
+    bool plain = half_bits(usart) == 20 && !(REGISTER(usart, CR1) & CR1_PCE);
+    check_terminal_settings(usart, (double)hz / (double)ticks, plain);
+  }
+}
+
 static void send(Usart *usart, uint8_t value) {
   char missing[40];
   int64_t now_ps = now_of(usart);
@@ -139,6 +183,7 @@ static void send(Usart *usart, uint8_t value) {
     peripheral_note(&usart->peripheral, -1, NOTE_FORBIDDEN,
                     "pins-not-switched | a byte is sent, but nothing leaves the chip: switch %s", missing);
   }
+  check_settings(usart);
   if (now_ps >= usart->txe_ps) {
     transmit(usart, value, connected);
   } else {
@@ -191,46 +236,16 @@ static void clear_flags(Usart *usart, uint32_t kept) {
   }
 }
 
-/* A terminal with other settings shows garbage. */
-static void check_terminal_settings(Usart *usart, double baud, bool plain) {
-  int expected = usart->terminal_baud;
-  if (!expected) {
-    return;
-  }
-  if (fabs(baud / expected - 1) > BAUD_TOLERANCE) {
-    peripheral_note(&usart->peripheral, -1, NOTE_FORBIDDEN,
-                    "baud-rate baud=%.0f expected=%d | %.0f baud; a terminal at %d baud would show garbage", baud,
-                    expected, baud, expected);
-  }
-  if (!plain) {
-    peripheral_note(&usart->peripheral, -1, NOTE_FORBIDDEN,
-                    "frame-format | frames are not 8N1; a terminal set to 8N1 would show garbage");
-  }
-}
-
-/* Section 19.3.4. */
-static int64_t ticks_per_bit(const Usart *usart) {
-  uint32_t brr = REGISTER(usart, BRR);
-  return REGISTER(usart, CR1) & CR1_OVER8 ? (brr >> 4) * 8 + (brr & 7) : brr;
-}
-
 /* BRR, OVER8, M and STOP (19.3.4). */
 static void set_frame(Usart *usart) {
-  static const uint8_t STOP_HALF_BITS[] = {2, 1, 4, 3};
-  const Clocks *clocks = &usart->peripheral.chip->clocks;
-  uint32_t cr1 = REGISTER(usart, CR1);
-  int64_t ticks = ticks_per_bit(usart);
-  int64_t kernel_hz = VARIANTS[usart->number].apb == 1 ? clocks->pclk1_hz : clocks->pclk2_hz;
-  int half_bits = 2 * (cr1 & CR1_M ? 10 : 9) + STOP_HALF_BITS[FIELD(REGISTER(usart, CR2), CR2_STOP)];
-  if (ticks == 0 || kernel_hz == 0) {
+  int64_t ticks = ticks_per_bit(usart), hz = kernel_hz(usart);
+  usart->settings_checked = false;
+  if (ticks == 0 || hz == 0) {
     usart->frame = (UsartFrame){NEVER_PS, 1};
     return;
   }
-  int64_t num = half_bits * ticks * PS_PER_S, den = 2 * kernel_hz, divisor = gcd(num, den);
+  int64_t num = half_bits(usart) * ticks * PS_PER_S, den = 2 * hz, divisor = gcd(num, den);
   usart->frame = (UsartFrame){num / divisor, den / divisor};
-  if (is_sending(usart)) {
-    check_terminal_settings(usart, (double)kernel_hz / (double)ticks, half_bits == 20 && !(cr1 & CR1_PCE));
-  }
 }
 
 static void settings_changed(Usart *usart, uint32_t offset) {
@@ -242,6 +257,7 @@ static void settings_changed(Usart *usart, uint32_t offset) {
   usart->wants_events = REGISTER(usart, CR1) & (CR1_IDLEIE | CR1_RXNEIE | CR1_TCIE | CR1_TXEIE) ||
                    REGISTER(usart, CR3) & (CR3_EIE | CR3_DMAR | CR3_DMAT);
   set_frame(usart);
+  check_settings(usart);
   if (usart->pending_byte >= 0 && is_sending(usart)) {
     uint8_t value = (uint8_t)usart->pending_byte;
     usart->pending_byte = -1;

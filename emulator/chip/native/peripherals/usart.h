@@ -41,6 +41,7 @@ typedef struct {
   uint32_t last_sr; /* flags that the next read of DR clears */
 
   uint8_t wants_events;
+  uint8_t settings_checked;
   uint8_t in_dma;
 
   PinFunction pins[2];   /* the terminal's pins; function 255 ends the list */
