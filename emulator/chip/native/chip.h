@@ -1,6 +1,6 @@
 /* The chip: all peripherals in one struct, and the connections between them.
  *
- * Python has the rarely used peripherals (RCC, PWR, FLASH, ADC, RTC, watchdogs, DBGMCU), the outside world,
+ * Python has the rarely used peripherals (RCC, PWR, FLASH, RTC, watchdogs, DBGMCU), the outside world,
  * and a clock with its events. C calls Python through struct Host.
  */
 #ifndef FCU_CHIP_H
