@@ -320,8 +320,3 @@ def test_error_in_voltage_reaches_caller(chip: NativeChip, adc: Adc) -> None:
     adc.write(CR2, ADON | SWSTART)
     with pytest.raises(RuntimeError, match="no voltage"):
         chip.run_for(PS_PER_MS)
-
-
-def test_external_triggers_are_noted(chip: NativeChip, adc: Adc) -> None:
-    adc.write(CR2, ADON | 1 << 28)
-    assert chip.problems() == {"external-trigger": {}}

@@ -106,11 +106,12 @@ def test_reset_lowers_interrupt(pins: Pins) -> None:
     assert pins.exti.read(IMR) == 0
 
 
-def test_exti_event_mode_is_noted(pins: Pins) -> None:
-    pins.exti.write(EMR, 0)
-    assert pins.chip.notes() == []
-    pins.exti.write(EMR, 1)
-    assert pins.chip.problems() == {"event-mask": {}}
+def test_exti_event_sets_no_pending_bit_without_edge(pins: Pins) -> None:
+    """RM0368 10.3.2: EMR lets events through, and does not affect PR."""
+    pins.exti.write(EMR, 0xFF_FFFF)
+    assert pins.exti.read(EMR) == 0x7F_FFFF
+    pins.chip.gpio.drive("A", 4, 1)
+    assert (pins.exti.read(PR), pins.chip.notes(), pins.chip.irq.rises) == (0, [], [])
 
 
 def test_debug_pull_ups_cause_no_edge(pins: Pins) -> None:

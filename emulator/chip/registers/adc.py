@@ -43,11 +43,11 @@ class CR2(Word, addr=0x008):
     """Control 2."""
 
     SWSTART = Bits(30, access="rs", doc="starts regular conversions")
-    EXTEN = Bits(29, 28, modelled=False, doc="external trigger, regular")
-    EXTSEL = Bits(27, 24, modelled=False, doc="its source")
+    EXTEN = Bits(29, 28, doc="external trigger, regular")
+    EXTSEL = Bits(27, 24, doc="its source")
     JSWSTART = Bits(22, access="rs", doc="starts injected conversions")
-    JEXTEN = Bits(21, 20, modelled=False, doc="external trigger, injected")
-    JEXTSEL = Bits(19, 16, modelled=False, doc="its source")
+    JEXTEN = Bits(21, 20, doc="external trigger, injected")
+    JEXTSEL = Bits(19, 16, doc="its source")
     ALIGN = Bits(11, doc="results are left-aligned")
     EOCS = Bits(10, doc="EOC after each conversion")
     DDS = Bits(9, doc="requests of DMA go on after its last transfer")

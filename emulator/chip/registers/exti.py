@@ -18,7 +18,7 @@ class IMR(Word, addr=0x00):
 class EMR(Word, addr=0x04):
     """Event mask."""
 
-    MRx = Bits(0, count=23, modelled=False, doc="the line's event is let through")
+    MRx = Bits(0, count=23, doc="the line's event is let through")
 
 
 class RTSR(Word, addr=0x08):

@@ -1,4 +1,4 @@
-/* ADC1: regular and injected conversions, and the analog watchdog (RM0368 section 11).
+/* ADC1: regular and injected conversions, their triggers, and the analog watchdog (RM0368 section 11).
  *
  * A conversion takes its sampling time and one cycle for each bit (11.5). The voltage is read at its end. If a sequence
  * of one channel is converted continuously, and only reads of DR use its results, the converter pauses at EOC. Then a
@@ -7,8 +7,6 @@
  *
  * Approximated: a conversion starts without delay after its trigger, and after ADON; the analog watchdog and JOFRx use
  * results in their resolution, because the manual describes 12 bits only.
- *
- * NOT MODELLED, with a note: external triggers.
  */
 #include "fcu.h"
 
@@ -24,6 +22,23 @@
 #define ALL_LEFT 255
 
 enum { TEMPERATURE = 16, VREFINT = 17, VBAT = 18, LAST_CHANNEL = VBAT };
+enum { RISING = 1, FALLING = 2 }; /* EXTEN, JEXTEN */
+#define EXTI_SOURCE 15            /* EXTSEL and JEXTSEL */
+#define REGULAR_LINE 11
+#define INJECTED_LINE 15
+
+/* Timers 1 to 5 and their signals by EXTSEL and JEXTSEL (11.12.3). Timer 0: reserved, or EXTI_SOURCE. */
+typedef struct {
+  uint8_t timer, signal;
+} Source;
+static const Source REGULAR_SOURCES[16] = {
+  {1, TIM_CC1}, {1, TIM_CC2},  {1, TIM_CC3}, {2, TIM_CC2}, {2, TIM_CC3}, {2, TIM_CC4}, {2, TIM_TRGO},
+  {3, TIM_CC1}, {3, TIM_TRGO}, {4, TIM_CC4}, {5, TIM_CC1}, {5, TIM_CC2}, {5, TIM_CC3},
+};
+static const Source INJECTED_SOURCES[16] = {
+  {1, TIM_CC4}, {1, TIM_TRGO}, {2, TIM_CC1}, {2, TIM_TRGO}, {3, TIM_CC2}, {3, TIM_CC4},
+  {4, TIM_CC1}, {4, TIM_CC2},  {4, TIM_CC3}, {4, TIM_TRGO}, {5, TIM_CC4}, {5, TIM_TRGO},
+};
 
 static uint32_t cr1_of(const Adc *adc) { return REGISTER(adc, CR1); }
 
@@ -244,6 +259,51 @@ static void on_event(Peripheral *peripheral) {
   update_irq(adc);
 }
 
+/* -- triggers (11.6) -------------------------------------------------------------------------------------- */
+
+static bool is_triggered(Source source, uint32_t edges, int timer, int signal, bool rises) {
+  return edges & (rises ? RISING : FALLING) && source.timer == timer && source.signal == signal;
+}
+
+void adc_timer_signal(Chip *chip, int timer, int signal, bool rises) {
+  Adc *adc = &chip->adc;
+  uint32_t cr2 = cr2_of(adc);
+  if (is_triggered(INJECTED_SOURCES[FIELD(cr2, CR2_JEXTSEL)], FIELD(cr2, CR2_JEXTEN), timer, signal, rises)) {
+    start_injected(adc);
+  }
+  if (is_triggered(REGULAR_SOURCES[FIELD(cr2, CR2_EXTSEL)], FIELD(cr2, CR2_EXTEN), timer, signal, rises)) {
+    start_regular(adc);
+  }
+}
+
+/* EXTI selects the edges of the pin. Its event is a pulse, which has both edges. */
+void adc_exti_event(Chip *chip, int line) {
+  Adc *adc = &chip->adc;
+  uint32_t cr2 = cr2_of(adc);
+  if (line == INJECTED_LINE && FIELD(cr2, CR2_JEXTEN) && FIELD(cr2, CR2_JEXTSEL) == EXTI_SOURCE) {
+    start_injected(adc);
+  }
+  if (line == REGULAR_LINE && FIELD(cr2, CR2_EXTEN) && FIELD(cr2, CR2_EXTSEL) == EXTI_SOURCE) {
+    start_regular(adc);
+  }
+}
+
+static void listen(Chip *chip, uint32_t edges, Source source) {
+  if (edges && source.timer) {
+    timers_listen(chip, source.timer, source.signal);
+  }
+}
+
+static void triggers_changed(Adc *adc) {
+  Chip *chip = adc->peripheral.chip;
+  uint32_t cr2 = cr2_of(adc);
+  timers_ignore_all(chip);
+  if (cr2 & CR2_ADON) {
+    listen(chip, FIELD(cr2, CR2_EXTEN), REGULAR_SOURCES[FIELD(cr2, CR2_EXTSEL)]);
+    listen(chip, FIELD(cr2, CR2_JEXTEN), INJECTED_SOURCES[FIELD(cr2, CR2_JEXTSEL)]);
+  }
+}
+
 /* -- registers -------------------------------------------------------------------------------------------- */
 
 static uint32_t adc_peek(const Peripheral *peripheral, uint32_t offset) {
@@ -289,9 +349,7 @@ static void control_written(Adc *adc, uint32_t started) {
   if (!(cr2_of(adc) & CR2_DMA)) {
     adc->dma_ended = false;
   }
-  if (cr2_of(adc) & (CR2_EXTEN | CR2_JEXTEN)) {
-    peripheral_note(&adc->peripheral, 0, NOTE_NOT_MODELLED, "external-trigger | CR2: external triggers");
-  }
+  triggers_changed(adc);
   if (!(cr2_of(adc) & CR2_ADON)) {
     stop(adc);
     return;
@@ -341,6 +399,7 @@ static void adc_reset(Peripheral *peripheral) {
   adc->common = 0;
   adc->dma_ended = false;
   stop(adc);
+  triggers_changed(adc);
   update_irq(adc);
 }
 

@@ -35,5 +35,9 @@ typedef struct {
 } Adc;
 
 void adc_create(Chip *chip);
+/* Handle an edge of a signal (enum TimSignal) of TIM1 to TIM5. */
+void adc_timer_signal(Chip *chip, int timer, int signal, bool rises);
+/* Handle an event of an EXTI line. */
+void adc_exti_event(Chip *chip, int line);
 
 #endif

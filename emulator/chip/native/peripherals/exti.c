@@ -1,10 +1,10 @@
 /* EXTI (RM0368 section 10.2; interrupts: table 38), and SYSCFG, which selects EXTI's pins (section 7).
  *
  * Lines 0 to 15: pins; 16 PVD, 17 RTC alarm, 18 USB wake-up, 21 RTC tamper and time stamp, 22 RTC wake-up. An edge
- * sets the pending bit regardless of IMR (figure 29); SWIER requires IMR, as the manual's text says.
+ * sets the pending bit regardless of IMR (figure 29); SWIER requires IMR, as the manual's text says. With EMR, an edge
+ * or SWIER makes an event, which wakes WFE and triggers the ADC (10.2.3, 11.6).
  *
  * NOT MODELLED
- * - Event mode (EMR): stored, and a note.
  * - SYSCFG_MEMRMP: stored, and a note; address 0 is the flash.
  * - SYSCFG_PMC: stored.
  */
@@ -35,6 +35,19 @@ static void update_irqs(Exti *exti) {
   }
 }
 
+static void make_events(Exti *exti, uint32_t lines) {
+  Chip *chip = exti->peripheral.chip;
+  lines &= exti->emr;
+  if (lines) {
+    core_send_event(&chip->core);
+  }
+  for (int line = 0; lines >> line; line++) {
+    if (lines >> line & 1) {
+      adc_exti_event(chip, line);
+    }
+  }
+}
+
 static void set_line(Exti *exti, int line, bool level) {
   uint32_t bit = 1u << line;
   if (!(exti->levels & bit) == !level) {
@@ -43,6 +56,7 @@ static void set_line(Exti *exti, int line, bool level) {
   exti->levels ^= bit;
   if ((level ? exti->rtsr : exti->ftsr) & bit) {
     exti->pr |= bit;
+    make_events(exti, bit);
     update_irqs(exti);
   }
 }
@@ -72,19 +86,14 @@ static void exti_write(Peripheral *peripheral, uint32_t offset, uint32_t value, 
   uint32_t rising;
   switch (offset) {
     case IMR: write_bits(&exti->imr, value, mask, LINES); break;
-    case EMR:
-      write_bits(&exti->emr, value, mask, LINES);
-      if (exti->emr) {
-        peripheral_note(peripheral, 0, NOTE_NOT_MODELLED,
-                        "event-mask | EMR: events that wake WFE without an interrupt");
-      }
-      break;
+    case EMR: write_bits(&exti->emr, value, mask, LINES); break;
     case RTSR: write_bits(&exti->rtsr, value, mask, LINES); break;
     case FTSR: write_bits(&exti->ftsr, value, mask, LINES); break;
     case SWIER:
       rising = value & ~exti->swier & LINES;
       exti->swier |= rising;
       exti->pr |= rising & exti->imr;
+      make_events(exti, rising);
       break;
     case PR:
       exti->pr &= ~value;
