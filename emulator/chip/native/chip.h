@@ -80,7 +80,8 @@ struct Chip {
   /* next_ps: earliest event that is not deferred; due_ps: earliest event of both kinds. */
   int64_t next_ps, due_ps;
   int64_t event_ps[EVENTS];
-  uint64_t event_order[EVENTS], order, deferred;
+  uint64_t event_order[EVENTS], order;
+  uint64_t scheduled, deferred; /* bit = event */
   Fire event_fire[EVENTS];
   Peripheral *event_peripheral[EVENTS];
   int32_t event_count;
