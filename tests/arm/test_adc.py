@@ -320,3 +320,13 @@ def test_error_in_voltage_reaches_caller(chip: NativeChip, adc: Adc) -> None:
     adc.write(CR2, ADON | SWSTART)
     with pytest.raises(RuntimeError, match="no voltage"):
         chip.run_for(PS_PER_MS)
+
+
+def test_voltages_of_closed_chip_have_no_effect() -> None:
+    """The memory of the closed chip belongs to another chip, or to nothing."""
+    chip = NativeChip()
+    inputs = chip.adc.inputs
+    chip.fcu.close()
+    inputs.battery_v = 3.0
+    inputs.connect(1, lambda: 1.0)
+    assert inputs.battery_v == 3.0

@@ -79,13 +79,16 @@ class AdcInputs:
             raise ValueError(f"channel must be from 0 to {_PINS - 1}, not {channel}")
         if callable(volts):
             self._pins[channel] = volts
-            self._voltages.called |= 1 << channel
+            self._set(channel, 0.0, called=True)
         else:
-            self._voltages.called &= ~(1 << channel)
             self._set(channel, volts)
 
-    def _set(self, channel: int, volts: float) -> None:
+    def _set(self, channel: int, volts: float, *, called: bool = False) -> None:
+        if self._chip.closed:  # the memory has been freed
+            return
+        bit = 1 << channel
         self._voltages.volts[channel] = volts
+        self._voltages.called = self._voltages.called | bit if called else self._voltages.called & ~bit
 
     def _volts(self, channel: int) -> float:
         return float(self._pins[channel]())

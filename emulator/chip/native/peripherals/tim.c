@@ -1,7 +1,7 @@
 /* TIM1 to TIM5 and TIM9 to TIM11 (RM0368 sections 12 to 14, tables 1, 38; pins: STM32F401xB/C datasheet).
  *
  * State is computed when it is read. An event exists only while an enabled interrupt or DMA request waits for its
- * flag, so that PWM costs nothing. Missed updates are counted when the flag is cleared.
+ * flag, or the ADC waits for an edge, so that PWM costs nothing. Missed updates are counted when the flag is cleared.
  *
  * Times are counted in ticks of the timer's clock since origin_ps, so that they do not drift. The origin is moved so
  * that the ticks fit into 64 bits. tim_catch_up() needs few steps. The first step goes to the next update, which
