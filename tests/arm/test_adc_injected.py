@@ -164,6 +164,20 @@ def test_regular_start_waits_for_injected_group(chip: NativeChip, adc: Adc) -> N
     assert (adc.read(SR) & EOC, adc.read(DR)) == (EOC, CODES[1])
 
 
+def test_regular_start_does_not_restart_interrupted_group(chip: NativeChip, adc: Adc) -> None:
+    """RM0368 11.3.9: the regular group resumes with the interrupted conversion, not with its first channel."""
+    regular_sequence(adc, [1, 2])
+    injected_sequence(adc, [7])
+    dma = DmaResults(chip, 5)
+    adc.write(CR1, SCAN)
+    adc.write(CR2, ADON | DMA | SWSTART)
+    chip.run_to(conversion_ps() * 3 // 2)
+    adc.write(CR2, ADON | DMA | JSWSTART)
+    adc.write(CR2, ADON | DMA | SWSTART)
+    chip.run_for(PS_PER_MS)
+    assert dma.stored == [CODES[1], CODES[2]]
+
+
 def test_injected_group_delays_continuous_conversion(chip: NativeChip, adc: Adc) -> None:
     """A result of continuous conversions that is read meanwhile is followed by another one after the group."""
     regular_sequence(adc, [1])

@@ -218,12 +218,10 @@ static void request_dma(Adc *adc) {
   }
 }
 
-/* After an overrun, the next trigger begins with the first channel (11.8.1). */
 static void end_regular(Adc *adc) {
   bool is_last = adc->rank + 1 >= length_of(adc), is_kept = cr2_of(adc) & (CR2_DMA | CR2_EOCS);
   if (is_kept && REGISTER(adc, SR) & SR_EOC) {
-    REGISTER(adc, SR) |= SR_OVR; /* this result is lost */
-    adc->rank = 0;
+    REGISTER(adc, SR) |= SR_OVR; /* this result is lost (11.8.1) */
     return;
   }
   store_regular(adc);

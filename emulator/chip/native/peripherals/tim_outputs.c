@@ -65,11 +65,10 @@ static uint8_t levels_of(const Tim *tim) {
 /* A new mode starts with the present level, because a frozen output keeps it (12.4.7, OCxM). */
 void tim_set_output(Tim *tim, int n, uint8_t settings, uint8_t enable) {
   TimChannel *channel = &tim->channels[n];
-  uint32_t bit = 1u << n, before = mode_of(channel), mode = OCM(settings);
+  uint32_t bit = 1u << n, mode = OCM(settings);
   if (channel->settings != settings) {
-    uint32_t level = before != mode || is_input(channel) ? (reference_of(tim, n) ? bit : 0) : tim->latched & bit;
     bool followed = !CCS(settings) && mode >= ACTIVE_ON_MATCH && mode <= TOGGLE;
-    tim->latched = (uint8_t)((tim->latched & ~bit) | level);
+    tim->latched = (uint8_t)((tim->latched & ~bit) | (reference_of(tim, n) ? bit : 0));
     tim->followed = (uint8_t)((tim->followed & ~bit) | (followed ? bit : 0));
   }
   channel->settings = settings;
