@@ -149,8 +149,7 @@ def test_trigger_needs_adon_and_edge_selection(bench: Bench) -> None:
     set_up_source(bench, "3.1")
     for control in (TIM3_CC1 << 24 | BOTH << 28, TIM3_CC1 << 24 | ADON, 0):
         bench.adc.write(CR2, control)
-        assert bench.start(220) == []
-    assert bench.chip.next_ps == NEVER_PS
+        assert (bench.start(220), bench.chip.next_ps) == ([], NEVER_PS)
 
 
 def test_software_starts_conversion_besides_trigger(bench: Bench) -> None:
