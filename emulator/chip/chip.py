@@ -10,9 +10,8 @@ from fcu_emulator.emulator.chip.cpu.core import Core, CoreSettings
 from fcu_emulator.emulator.chip.cpu.python_peripherals import unmodelled_peripherals
 from fcu_emulator.emulator.chip.low_power import LowPower
 from fcu_emulator.emulator.chip.memory_map import ADDRESSES
-from fcu_emulator.emulator.chip.peripherals.adc import Adc, AdcInputs
+from fcu_emulator.emulator.chip.peripherals.adc import Adc
 from fcu_emulator.emulator.chip.peripherals.dbgmcu import SYSTEM_MEMORY, Dbgmcu, system_memory
-from fcu_emulator.emulator.chip.peripherals.dma import DmaLines
 from fcu_emulator.emulator.chip.peripherals.flash import Flash
 from fcu_emulator.emulator.chip.peripherals.gpio import ConnectedPins
 from fcu_emulator.emulator.chip.peripherals.i2c import I2C_NAMES, ConnectedI2c
@@ -34,13 +33,12 @@ def _place(name: str) -> tuple[str, int]:
 class SystemPeripherals:
     """The peripherals in Python, without connections to pins and buses. The constructor sets ``soc.clocks``."""
 
-    def __init__(self, soc: Soc, inputs: AdcInputs | None = None, oscillators: Oscillators = NOMINAL) -> None:
-        lines = {number: InterruptInput(soc, number) for number in (0, 4, 5, 18)}
+    def __init__(self, soc: Soc, oscillators: Oscillators = NOMINAL) -> None:
+        lines = {number: InterruptInput(soc, number) for number in (0, 4, 5)}
         self.pwr = Pwr(soc, *_place("PWR"))
         self.rcc = Rcc(soc, *_place("RCC"), self.pwr, lines[5], oscillators)
         soc.clocks = self.rcc
         self.flash = Flash(soc, *_place("FLASH"), lines[4])
-        self.adc = Adc(soc, *_place("ADC1"), lines[18], inputs or AdcInputs())
         self.rtc = Rtc(soc, *_place("RTC"), self.pwr, self.rcc)
         self.iwdg = Iwdg(soc, *_place("IWDG"))
         self.wwdg = Wwdg(soc, *_place("WWDG"), lines[0])
@@ -50,7 +48,7 @@ class SystemPeripherals:
 
     def __iter__(self) -> Iterator[Peripheral]:
         yield from (self.rcc, self.pwr, self.flash)
-        yield from (self.adc, self.rtc, self.iwdg, self.wwdg, self.dbgmcu, self.otg, *self.named)
+        yield from (self.rtc, self.iwdg, self.wwdg, self.dbgmcu, self.otg, *self.named)
 
 
 class Chip:
@@ -68,9 +66,11 @@ class Chip:
         ConnectedPins(self.core, signals.gpio)
         self.soc = soc = Soc(signals.clock, signals.trace, signals.gpio, self._reset)
         self.system = SystemPeripherals(soc, oscillators=Oscillators.of(signals.errors, signals.crystal_hz))
-        soc.dma = DmaLines(self.core)
         self.timers = connect_timers(self.core)
         """The timers by name, "TIM1" to "TIM11"."""
+        adc = self.core.peripherals["ADC1"]
+        assert isinstance(adc, Adc)
+        self.adc = adc
         self.usarts = ConnectedUsarts(self.core, {board.serial.peripheral: signals.uart})
         wire_terminal(self.core, board.serial.peripheral, board.serial.tx)
         for name, spi in signals.spi.items():

@@ -219,6 +219,7 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
     "fcu_usart_next_change": (_i64, _pointer, _i32),
     "fcu_usart_receive": (_i32, _pointer, _i32, _i32),
     "fcu_usart_line_idle": (None, _pointer, _i32),
+    "fcu_connect_adc": (_pointer, _pointer, _pointer),
     "fcu_dma_request": (_i32, _pointer, _i32),
     "fcu_dma_remaining": (_u32, _pointer, _i32),
     "fcu_connect_pins": (None, _pointer, ctypes.POINTER(PinTable)),

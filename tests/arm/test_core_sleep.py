@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from fcu_emulator.emulator.clock import PS_PER_US
 from tests.support.arm.core_bench import ENTRY_CYCLES, CoreBench, interrupts, store
 
+EMR, RTSR = 0x4001_3C04, 0x4001_3C08
 BACK_US = ENTRY_CYCLES + 4 + 1 + 10 + 3
 """Time from the interrupt to the log after it: entry, handler (log and BX), return, and the store of the log."""
 
@@ -192,3 +194,20 @@ irq0:  {store("SCR", 0)} log 10
     core.run_us(1_000)
 
     assert core.values == [10, 1]
+
+
+@pytest.mark.parametrize(("mask", "values"), [(0, [1]), (1 << 17, [1, 2])])
+def test_exti_event_wakes_wfe_without_interrupt(mask: int, values: list[int]) -> None:
+    """RM0368 10.2.3: an event of a line in EMR wakes WFE, without a pending bit to clear. Line 17 is the RTC alarm."""
+    core = CoreBench(
+        f"reset: {_put(EMR, mask)} {_put(RTSR, 1 << 17)} log 1\n wfe\n log 2\n wfe\n log 3\n b .\n"
+    )
+    core.clock.schedule(200 * PS_PER_US, lambda: core.core.set_exti_line(17, True))
+    core.run_us(1_000)
+
+    assert core.values == values
+    assert mask == 0 or core.time_us(2) == 203
+
+
+def _put(address: int, value: int) -> str:
+    return f"mov32 r0, {address}\n mov32 r1, {value}\n str r1, [r0]\n"

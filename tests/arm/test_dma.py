@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fcu_emulator.emulator.chip.peripherals.dma import DmaLines
-from tests.support.arm.chip_fakes import NativeChip
+from tests.support.arm.chip_fakes import DmaLines, NativeChip
 
 EN, TCIE, HTIE, TEIE = 1, 1 << 4, 1 << 3, 1 << 2
 CIRC, PINC, MINC, DBM, CT = 1 << 8, 1 << 9, 1 << 10, 1 << 18, 1 << 19
@@ -17,7 +16,7 @@ TO_PERIPHERAL, MEMORY_TO_MEMORY = 1 << 6, 2 << 6
 TCIF, HTIF, TEIF = 1 << 5, 1 << 4, 1 << 3
 I2C2_RX = 7 << 25  # channel 7 of DMA1 streams 2 and 3
 RAM = 0x2000_0000
-DEVICE = 0x4001_2000  # the ADC's place: a block in Python
+DEVICE = 0x4000_2800  # the RTC's address: a peripheral in Python
 
 
 def stream_base(stream: int) -> int:

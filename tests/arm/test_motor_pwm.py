@@ -39,14 +39,14 @@ def test_duty_of_tim4_sets_throttle_of_motors(tmp_path: Path) -> None:
     board.run_until(0.2)
     assert board.motor_duties() == (0, 0, 0, 0)
     core = board.chip.core
-    core.write(RCC_APB1ENR, (0x1000_4004 | 1 << 22).to_bytes(4, "little"))
+    core.poke(RCC_APB1ENR, (0x1000_4004 | 1 << 22).to_bytes(4, "little"))
     for offset, value in SETTINGS.items():
-        core.write(TIM4 + offset, value.to_bytes(4, "little"))
+        core.poke(TIM4 + offset, value.to_bytes(4, "little"))
     for number, compare in enumerate((1000, 500, 0, 2000)):
-        core.write(TIM4 + CCR1 + 4 * number, compare.to_bytes(4, "little"))
+        core.poke(TIM4 + CCR1 + 4 * number, compare.to_bytes(4, "little"))
     board.run_until(0.3)
     assert board.motor_duties() == pytest.approx((0.5, 0.25, 0.0, 1.0))
     assert board.world.throttle == board.motor_duties()
-    core.write(TIM4, b"\0\0\0\0")  # the timer stands
+    core.poke(TIM4, b"\0\0\0\0")  # the timer stands
     board.run_until(0.4)
     assert board.world.throttle == (0, 0, 0, 0)

@@ -29,7 +29,8 @@ from fcu_emulator.emulator.chip.memory_map import (
     SYSTEM_MEMORY,
     SYSTEM_MEMORY_SIZE,
 )
-from fcu_emulator.emulator.chip.peripherals import dma, gpio, i2c, spi
+from fcu_emulator.emulator.chip.peripherals import adc, gpio, i2c, spi
+from fcu_emulator.emulator.chip.registers import dma
 from fcu_emulator.emulator.clock import NEVER_PS
 from fcu_emulator.sensors import shared_registers
 from fcu_emulator.sensors.register import ADDRESSES
@@ -136,6 +137,7 @@ def test_constants_are_same_in_python_and_c() -> None:
         f"TRAIN_AHEAD == {shared_registers.AHEAD} && SUBADDRESSES == {ADDRESSES}",
         *enumerated("ACCESS_", ("live", "memory", "status", "output")),
         f"I2C_BYTES == {i2c._BYTES} && I2C_RECENT == {i2c._RECENT} && SPI_RECEIVED == {spi._RECEIVED}",
+        f"ADC_CHANNELS == {adc._CHANNELS}",
         f"PORTS == {len(gpio.PORTS)} && INTERRUPTS == {exceptions.INTERRUPTS}",
         f"FIRST_INTERRUPT == {exceptions.FIRST_INTERRUPT}",
     )

@@ -107,7 +107,7 @@ class Core(FcuChip):
     def power_on(
         self, soc: Soc, peripherals: Iterable[Peripheral], on_reset: Callable[[str], None] | None = None
     ) -> None:
-        """Start the core, and set ``soc.irq`` and ``soc.memory``.
+        """Start the core, and set ``soc.irq``.
 
         Each later reset first calls ``on_reset(reason)``.
         """
@@ -115,7 +115,7 @@ class Core(FcuChip):
         self._python_peripherals = tuple(peripherals)
         self.python = PythonPeripherals(soc, self._python_peripherals)
         self.all_peripherals: tuple[Peripheral, ...] = (*self.peripherals.values(), *self._python_peripherals)
-        soc.irq, soc.memory = self, self
+        soc.irq = self
         cycles = self._settings.cycles_per_instruction
         if not 0 < cycles <= 100:
             raise ValueError(f"cycles per instruction must be from 0 to 100, not {cycles}")
@@ -354,17 +354,6 @@ class Core(FcuChip):
         stored = self.library.fcu_store(self.handle, address, len(data), int.from_bytes(data, "little"))
         self.raise_error()
         return bool(stored)
-
-    def read(self, address: int, size: int) -> bytes | None:
-        """Read a register or memory as DMA does, with side effects. Return None after a bus error."""
-        value = ctypes.c_uint32()
-        loaded = self.library.fcu_load(self.handle, address, size, ctypes.byref(value))
-        return value.value.to_bytes(size, "little") if loaded else None
-
-    def write(self, address: int, data: bytes) -> bool:
-        """Write as DMA does, but never to flash. Return False after a bus error."""
-        value = int.from_bytes(data, "little")
-        return bool(self.library.fcu_store(self.handle, address, len(data), value))
 
     def set_line(self, number: int, level: bool) -> None:
         self.set_irq(number, level)

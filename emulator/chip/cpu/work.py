@@ -32,7 +32,7 @@ _KINDS: Final[tuple[Callable[[FcuChip, int], str], ...]] = (
     lambda _chip, _index: "instructions",
     _accesses,
     _events,
-    lambda _chip, _index: "events of sensors, ADC and watchdogs",
+    lambda _chip, _index: "events of sensors and watchdogs",
     lambda _chip, number: f"exceptions {exception_name(number)}",
     lambda _chip, _index: "resets",
 )

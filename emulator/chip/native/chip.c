@@ -301,7 +301,8 @@ int event_create(Peripheral *peripheral, Fire fire) {
 
 static void update_next_event(Chip *chip) {
   int64_t next_ps = NEVER_PS, due_ps = NEVER_PS;
-  for (int event = 0; event < chip->event_count; event++) {
+  for (uint64_t left = chip->scheduled; left; left &= left - 1) {
+    int event = __builtin_ctzll(left);
     int64_t at_ps = chip->event_ps[event];
     due_ps = at_ps < due_ps ? at_ps : due_ps;
     next_ps = at_ps < next_ps && !(chip->deferred >> event & 1) ? at_ps : next_ps;
@@ -315,6 +316,7 @@ static void schedule(Chip *chip, int event, int64_t at_ps, bool deferred) {
   at_ps = at_ps > chip->now_ps ? at_ps : chip->now_ps;
   chip->event_ps[event] = at_ps;
   chip->event_order[event] = chip->order++;
+  chip->scheduled |= UINT64_C(1) << event;
   chip->deferred = (chip->deferred & ~(UINT64_C(1) << event)) | (uint64_t)deferred << event;
   if (before_ps <= chip->next_ps || before_ps <= chip->due_ps) {
     update_next_event(chip);
@@ -335,6 +337,7 @@ void event_defer(Chip *chip, int event, int64_t at_ps) { schedule(chip, event, a
 void event_cancel(Chip *chip, int event) {
   if (chip->event_ps[event] < NEVER_PS) {
     chip->event_ps[event] = NEVER_PS;
+    chip->scheduled &= ~(UINT64_C(1) << event);
     update_next_event(chip);
   }
 }
@@ -343,7 +346,8 @@ int64_t event_at(const Chip *chip, int event) { return chip->event_ps[event]; }
 
 static void fire_earliest(Chip *chip) {
   int earliest = -1;
-  for (int event = 0; event < chip->event_count; event++) {
+  for (uint64_t left = chip->scheduled; left; left &= left - 1) {
+    int event = __builtin_ctzll(left);
     bool is_due = chip->event_ps[event] == chip->due_ps;
     if (is_due && (earliest < 0 || chip->event_order[event] < chip->event_order[earliest])) {
       earliest = event;
@@ -354,6 +358,7 @@ static void fire_earliest(Chip *chip) {
   Cost *cost = &chip->costs.events[chip->event_peripheral[earliest]->index];
   chip->now_ps = chip->due_ps;
   chip->event_ps[earliest] = NEVER_PS;
+  chip->scheduled &= ~(UINT64_C(1) << earliest);
   update_next_event(chip);
   chip->event_peripheral[earliest]->active_ps = chip->now_ps;
   chip->event_fire[earliest](chip->event_peripheral[earliest]);

@@ -1,6 +1,6 @@
 /* The chip: all peripherals in one struct, and the connections between them.
  *
- * Python models the rarely used peripherals (RCC, PWR, FLASH, ADC, RTC, watchdogs, DBGMCU) and the devices
+ * Python models the rarely used peripherals (RCC, PWR, FLASH, RTC, watchdogs, DBGMCU) and the devices
  * outside the chip, and has a clock with its own events. C calls Python through struct Host.
  */
 #ifndef FCU_CHIP_H
@@ -83,7 +83,8 @@ struct Chip {
   /* next_ps: earliest event that is not deferred; due_ps: earliest event, deferred or not. */
   int64_t next_ps, due_ps;
   int64_t event_ps[EVENTS];
-  uint64_t event_order[EVENTS], order, deferred;
+  uint64_t event_order[EVENTS], order;
+  uint64_t scheduled, deferred; /* bit = event */
   Fire event_fire[EVENTS];
   Peripheral *event_peripheral[EVENTS];
   int32_t event_count;

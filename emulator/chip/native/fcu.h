@@ -222,6 +222,11 @@ int64_t fcu_usart_next_change(Chip *chip, int32_t index);
 int32_t fcu_usart_receive(Chip *chip, int32_t index, int32_t value);
 void fcu_usart_line_idle(Chip *chip, int32_t index);
 
+/* -- ADC1: adc.c --------------------------------------------------------------------------------------- */
+
+/* Return the voltages of the channels, which the caller may change between runs and in callbacks. */
+AdcInputs *fcu_connect_adc(Chip *chip, const AdcCalls *calls);
+
 /* -- DMA request lines (enum Request): dma.c ---------------------------------------------------------- */
 
 /* fcu_dma_request() returns 1 if a stream has made the transfer; fcu_dma_remaining() returns NDTR of the

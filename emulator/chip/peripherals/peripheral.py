@@ -49,24 +49,6 @@ class InterruptLines(Protocol):
         ...
 
 
-class DmaRequests(Protocol):
-    """The request lines of DMA1 and DMA2."""
-
-    def request(self, line: str) -> bool:
-        """Make one transfer for ``line`` ("I2C2_RX", RM0368 tables 28, 29). Return False if no stream serves it."""
-        ...
-
-    def remaining(self, line: str) -> int: ...
-
-
-class Memory(Protocol):
-    """DMA's accesses of 1, 2 or 4 bytes through the bus matrix (RM0368 section 2.1)."""
-
-    def read(self, address: int, size: int) -> bytes | None: ...
-
-    def write(self, address: int, data: bytes) -> bool: ...
-
-
 @dataclass
 class Soc:
     """The chip's internal connections, completed during assembly."""
@@ -78,8 +60,6 @@ class Soc:
     """Reset the chip because of "IWDG", "WWDG" or "SYSRESETREQ"."""
     clocks: ClockTree = field(init=False)
     irq: InterruptLines = field(init=False)
-    dma: DmaRequests = field(init=False)
-    memory: Memory = field(init=False)
 
 
 # -- shared interrupt inputs (RM0368 table 38) -------------------------------------------------------------------

@@ -42,7 +42,7 @@ KINDS: Final[tuple[ModuleType, ...]] = (
 """The declared peripherals in the order of the reference manual, followed by those of the core."""
 
 IN_C: Final[tuple[ModuleType, ...]] = (
-    *(crc, syscfg, gpio, dma, exti, tim, i2c, usart, spi),
+    *(crc, syscfg, gpio, dma, exti, adc, tim, i2c, usart, spi),
     *(systick, nvic, scb, dwt),
 )
 """The peripherals for which C headers are generated."""

@@ -14,10 +14,10 @@ class SR(Word, addr=0x000, access="rc_w0"):
 
     OVR = Bits(5, doc="overrun: a result was lost")
     STRT = Bits(4, doc="a regular conversion has started")
-    JSTRT = Bits(3, modelled=False, doc="an injected conversion has started")
-    JEOC = Bits(2, modelled=False, doc="injected conversions are complete")
+    JSTRT = Bits(3, doc="an injected conversion has started")
+    JEOC = Bits(2, doc="injected conversions are complete")
     EOC = Bits(1, doc="a regular conversion is complete")
-    AWD = Bits(0, modelled=False, doc="analog watchdog")
+    AWD = Bits(0, doc="analog watchdog")
 
 
 class CR1(Word, addr=0x004):
@@ -25,29 +25,29 @@ class CR1(Word, addr=0x004):
 
     OVRIE = Bits(26, doc="interrupt on OVR")
     RES = Bits(25, 24, doc="resolution: 12, 10, 8, 6 bits")
-    AWDEN = Bits(23, modelled=False, doc="analog watchdog on regular channels")
-    JAWDEN = Bits(22, modelled=False, doc="analog watchdog on injected channels")
-    DISCNUM = Bits(15, 13, modelled=False, doc="number of channels in discontinuous mode, minus one")
-    JDISCEN = Bits(12, modelled=False, doc="discontinuous mode, injected")
-    DISCEN = Bits(11, modelled=False, doc="discontinuous mode, regular")
-    JAUTO = Bits(10, modelled=False, doc="injected conversions follow regular ones")
-    AWDSGL = Bits(9, modelled=False, doc="analog watchdog on one channel")
+    AWDEN = Bits(23, doc="analog watchdog on regular channels")
+    JAWDEN = Bits(22, doc="analog watchdog on injected channels")
+    DISCNUM = Bits(15, 13, doc="number of channels in discontinuous mode, minus one")
+    JDISCEN = Bits(12, doc="discontinuous mode, injected")
+    DISCEN = Bits(11, doc="discontinuous mode, regular")
+    JAUTO = Bits(10, doc="injected conversions follow regular ones")
+    AWDSGL = Bits(9, doc="analog watchdog on one channel")
     SCAN = Bits(8, doc="the whole sequence is converted")
-    JEOCIE = Bits(7, modelled=False, doc="interrupt on JEOC")
-    AWDIE = Bits(6, modelled=False, doc="interrupt on AWD")
+    JEOCIE = Bits(7, doc="interrupt on JEOC")
+    AWDIE = Bits(6, doc="interrupt on AWD")
     EOCIE = Bits(5, doc="interrupt on EOC")
-    AWDCH = Bits(4, 0, modelled=False, doc="channel of the analog watchdog")
+    AWDCH = Bits(4, 0, doc="channel of the analog watchdog")
 
 
 class CR2(Word, addr=0x008):
     """Control 2."""
 
     SWSTART = Bits(30, access="rs", doc="starts regular conversions")
-    EXTEN = Bits(29, 28, modelled=False, doc="external trigger, regular")
-    EXTSEL = Bits(27, 24, modelled=False, doc="source of the regular trigger")
-    JSWSTART = Bits(22, access="rs", modelled=False, doc="starts injected conversions")
-    JEXTEN = Bits(21, 20, modelled=False, doc="external trigger, injected")
-    JEXTSEL = Bits(19, 16, modelled=False, doc="source of the injected trigger")
+    EXTEN = Bits(29, 28, doc="external trigger, regular")
+    EXTSEL = Bits(27, 24, doc="source of the regular trigger")
+    JSWSTART = Bits(22, access="rs", doc="starts injected conversions")
+    JEXTEN = Bits(21, 20, doc="external trigger, injected")
+    JEXTSEL = Bits(19, 16, doc="source of the injected trigger")
     ALIGN = Bits(11, doc="results are left-aligned")
     EOCS = Bits(10, doc="EOC after each conversion")
     DDS = Bits(9, doc="DMA requests continue after the last transfer")
@@ -68,19 +68,19 @@ class SMPR2(Word, addr=0x010):
     SMPx = Bits(2, 0, count=10, step=3, doc="sampling time, 3 to 480 cycles")
 
 
-class JOFRx(Word, addr=0x014, count=4, step=0x04, first=1, modelled=False):
+class JOFRx(Word, addr=0x014, count=4, step=0x04, first=1):
     """Injected channel data offset."""
 
     JOFFSET = Bits(11, 0, doc="offset")
 
 
-class HTR(Word, addr=0x024, reset=0xFFF, modelled=False):
+class HTR(Word, addr=0x024, reset=0xFFF):
     """Watchdog higher threshold."""
 
     HT = Bits(11, 0, doc="threshold")
 
 
-class LTR(Word, addr=0x028, modelled=False):
+class LTR(Word, addr=0x028):
     """Watchdog lower threshold."""
 
     LT = Bits(11, 0, doc="threshold")
@@ -105,14 +105,14 @@ class SQR3(Word, addr=0x034):
     SQx = Bits(4, 0, count=6, step=5, first=1, doc="channel")
 
 
-class JSQR(Word, addr=0x038, modelled=False):
+class JSQR(Word, addr=0x038):
     """Injected sequence."""
 
     JL = Bits(21, 20, doc="length, minus one")
     JSQx = Bits(4, 0, count=4, step=5, first=1, doc="channel")
 
 
-class JDRx(Word, addr=0x03C, count=4, step=0x04, first=1, access="r", modelled=False):
+class JDRx(Word, addr=0x03C, count=4, step=0x04, first=1, access="r"):
     """Injected data."""
 
     JDATA = Bits(15, 0, doc="result")

@@ -74,7 +74,7 @@ class CR2(Word, addr=0x04):
     OIS1N = Bits(9, modelled=False, doc="idle state of output 1N")
     OIS1 = Bits(8, modelled=False, doc="idle state of output 1")
     TI1S = Bits(7, modelled=False, doc="input 1 is the XOR of three inputs")
-    MMS = Bits(6, 4, modelled=False, doc="trigger output")
+    MMS = Bits(6, 4, doc="trigger output")
     CCDS = Bits(3, modelled=False, doc="DMA requests of the channels are sent at an update")
     CCUS = Bits(2, modelled=False, doc="event that updates preloaded controls")
     CCPC = Bits(0, modelled=False, doc="controls are preloaded")

@@ -315,6 +315,18 @@ static void pin_changed(int64_t now_ps, int32_t port, int32_t pin, int32_t level
   settle();
 }
 
+/* Voltages outside of the range, and infinite ones, occur, too. */
+static double volts(int64_t now_ps, int32_t channel) {
+  (void)now_ps, (void)channel;
+  settle();
+  return any(8) ? any(600) / 100.0 - 1 : 1.0 / any(2);
+}
+
+static void connect_adc(Chip *chip) {
+  static const AdcCalls calls = {.volts = volts};
+  fcu_connect_adc(chip, &calls)->called = any(2) ? 0xFFFF : 0;
+}
+
 static void connect_buses(Chip *chip) {
   static const I2cCalls i2c = {.start = i2c_start, .write = i2c_write, .read = i2c_read, .stop = i2c_stop,
                                .abort = i2c_abort, .ended = ended, .released_ps = i2c_released,
@@ -347,6 +359,7 @@ void connect_surroundings(Chip *chip) {
   fcu_connect_usarts(chip, &usart);
   fcu_usart_wire(chip, usarts[0], 0, 9, 7, 115200);
   fcu_connect_timers(chip, &tim);
+  connect_adc(chip);
   fcu_connect_pins(chip, &pins);
   for (int32_t pin = 0; pin < 16; pin++) {
     fcu_watch_pin(chip, (int32_t)any(PORTS), pin);

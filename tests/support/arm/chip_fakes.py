@@ -1,4 +1,4 @@
-"""A chip without a core for tests of one peripheral: real clock, trace and pins; interrupt and DMA lines record.
+"""A chip without a core for tests of one peripheral: real clock, trace and pins; interrupt lines record.
 
 ::
 
@@ -14,9 +14,11 @@ from collections.abc import Callable
 
 from fcu_emulator.emulator.buses.gpio import Gpio
 from fcu_emulator.emulator.chip.library import FcuChip, NativePeripheral
+from fcu_emulator.emulator.chip.peripherals.adc import Adc
 from fcu_emulator.emulator.chip.peripherals.gpio import ConnectedPins
 from fcu_emulator.emulator.chip.peripherals.peripheral import Soc
 from fcu_emulator.emulator.chip.peripherals.tim import Timer, connect_timers
+from fcu_emulator.emulator.chip.registers.dma import REQUESTS
 from fcu_emulator.emulator.clock import Clock
 from fcu_emulator.emulator.trace import DeviceNote, NoteValue, Trace
 
@@ -59,31 +61,6 @@ class FakeInterrupts:
         return self._levels.get(number, False)
 
 
-class FakeDma:
-    """Request lines with a record of requests. ``serve(line, transfer)`` runs ``transfer()`` at each request."""
-
-    def __init__(self, clock: Clock) -> None:
-        self._clock = clock
-        self._transfers: dict[str, Callable[[], None]] = {}
-        self.left: dict[str, int] = {}
-        """Value that ``remaining`` returns, by line."""
-        self.requests: list[tuple[int, str]] = []
-
-    def serve(self, line: str, transfer: Callable[[], None]) -> None:
-        self._transfers[line] = transfer
-
-    def remaining(self, line: str) -> int:
-        return self.left.get(line, 0)
-
-    def request(self, line: str) -> bool:
-        self.requests.append((self._clock.now_ps, line))
-        transfer = self._transfers.get(line)
-        if transfer is None:
-            return False
-        transfer()
-        return True
-
-
 class Chip:
     """The surroundings of a peripheral. ``resets``: the reasons given to ``soc.reset``, with their times."""
 
@@ -93,10 +70,9 @@ class Chip:
         self.gpio = Gpio(self.clock, self.trace)
         self.clocks = FakeClockTree()
         self.irq = FakeInterrupts(self.clock)
-        self.dma = FakeDma(self.clock)
         self.resets: list[tuple[int, str]] = []
         self.soc = Soc(self.clock, self.trace, self.gpio, self._reset)
-        self.soc.clocks, self.soc.irq, self.soc.dma = self.clocks, self.irq, self.dma
+        self.soc.clocks, self.soc.irq = self.clocks, self.irq
 
     def run_to(self, at_ps: int) -> None:
         """Let time pass until ``at_ps``, and fire the events that are due."""
@@ -150,6 +126,13 @@ class NativeChip:
         return block
 
     @property
+    def adc(self) -> Adc:
+        """ADC1 with its voltages."""
+        block = self.fcu.peripherals["ADC1"]
+        assert isinstance(block, Adc)
+        return block
+
+    @property
     def next_ps(self) -> int:
         """Return the time of the earliest event of the chip or of the clock."""
         chip_ps: int = self.fcu.library.fcu_next_event(self.fcu.handle)
@@ -170,3 +153,26 @@ class NativeChip:
     def problems(self) -> dict[str, dict[str, NoteValue]]:
         """Return the values of each problem that was noted, by its name."""
         return {note.problem: dict(note.data) for note in self.trace.of(DeviceNote)}
+
+
+class DmaLines:
+    """Request lines of DMA1 and DMA2, by the names of RM0368 tables 28 and 29."""
+
+    def __init__(self, chip: FcuChip) -> None:
+        self._chip = chip
+
+    def request(self, line: str) -> bool:
+        """Request one transfer, and return whether a stream has made it."""
+        self._chip.enter()
+        served = bool(self._chip.library.fcu_dma_request(self._chip.handle, _number(line)))
+        self._chip.raise_error()
+        return served
+
+    def remaining(self, line: str) -> int:
+        """Return NDTR of the stream that serves the line; 0 if no stream serves it."""
+        count: int = self._chip.library.fcu_dma_remaining(self._chip.handle, _number(line))
+        return count
+
+
+def _number(line: str) -> int:
+    return 1 + REQUESTS.index(line)

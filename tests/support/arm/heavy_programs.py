@@ -231,6 +231,17 @@ def block_programs() -> dict[str, bytes]:
     programs["ADC1: SWSTART each time"] = endless(
         "str r1, [r0]", put(adc + 8, 1) + f"mov32 r0, {adc + 8}\nmov32 r1, 0x40000001"
     )
+    dma = _base("DMA2")
+    results = put(dma + 0x14, 64) + put(dma + 0x18, adc + 0x4C) + put(dma + 0x1C, 0x2000_1000)
+    results += put(dma + 0x10, 1 << 13 | 1 << 11 | 1 << 10 | 1 << 8 | 1)
+    programs["ADC1: converts into DMA all the time"] = endless(
+        "adds r3, #1",
+        results + put(adc + 4, 3 << 24) + put(adc + 8, 0x0303) + put(adc + 8, 0x4000_0303),
+    )
+    programs["ADC1: triggered by the shortest period"] = endless(
+        "adds r3, #1",
+        put(_base("TIM2") + 4, 2 << 4) + _timer("TIM2", 1) + results + put(adc + 8, 0x1600_0301),
+    )
     programs["CRC: DR"] = two_values(_base("CRC"), 1, 2)
     programs["RTC: SSR is read"] = endless(
         "ldr r1, [r0]\nadds r3, #1", rtc + f"mov32 r0, {_base('RTC') + 0x28}"

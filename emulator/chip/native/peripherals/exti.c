@@ -3,7 +3,8 @@
  * Lines 0 to 15: pins; 16 PVD, 17 RTC alarm, 18 USB wake-up, 21 RTC tamper and time stamp, 22 RTC wake-up. An edge
  * sets the pending bit even if IMR is 0 (figure 29); SWIER sets it only if IMR is 1, as the manual's text says.
  *
- * An edge of a line in EMR is an event, which ends WFE. If the line is not in IMR, the pending bit stays 0 (10.2.3).
+ * An edge of a line in EMR, or SWIER, is an event, which ends WFE and triggers the ADC (10.2.3, 11.6). If the line is
+ * not in IMR, the pending bit stays 0 (10.2.3).
  *
  * NOT MODELLED
  * - SYSCFG_MEMRMP: stored, and a note; address 0 is the flash.
@@ -37,10 +38,18 @@ static void update_irqs(Exti *exti) {
 }
 
 /* The event is a pulse; the flag is for exti_wakes() only. */
-static void send_event(Exti *exti, uint32_t lines) {
-  if (exti->emr & lines) {
-    exti->event = 1;
-    exti->peripheral.chip->nvic.event_register = 1;
+static void send_events(Exti *exti, uint32_t lines) {
+  Chip *chip = exti->peripheral.chip;
+  lines &= exti->emr;
+  if (!lines) {
+    return;
+  }
+  exti->event = 1;
+  core_send_event(&chip->core);
+  for (int line = 0; lines >> line; line++) {
+    if (lines >> line & 1) {
+      adc_exti_event(chip, line);
+    }
   }
 }
 
@@ -58,7 +67,7 @@ static void set_line(Exti *exti, int line, bool level) {
   exti->levels ^= bit;
   if ((level ? exti->rtsr : exti->ftsr) & bit) {
     exti->pr |= exti->emr & ~exti->imr & bit ? 0 : bit;
-    send_event(exti, bit);
+    send_events(exti, bit);
     update_irqs(exti);
   }
 }
@@ -95,7 +104,7 @@ static void exti_write(Peripheral *peripheral, uint32_t offset, uint32_t value, 
       rising = value & ~exti->swier & LINES;
       exti->swier |= rising;
       exti->pr |= rising & exti->imr;
-      send_event(exti, rising);
+      send_events(exti, rising);
       break;
     case PR:
       exti->pr &= ~value;

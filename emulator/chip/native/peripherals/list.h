@@ -6,6 +6,7 @@
 #ifndef FCU_LIST_H
 #define FCU_LIST_H
 
+#include "peripherals/adc.h"
 #include "peripherals/crc.h"
 #include "peripherals/dma.h"
 #include "peripherals/dwt.h"
@@ -30,6 +31,7 @@
   X(Usarts, usarts, usarts_create)    \
   X(I2c, i2c[I2C_COUNT], i2c_create)  \
   X(Spi, spi[SPIS], spi_create)       \
-  X(Crc, crc, crc_create)
+  X(Crc, crc, crc_create)             \
+  X(Adc, adc, adc_create)
 
 #endif

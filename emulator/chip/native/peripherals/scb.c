@@ -62,7 +62,8 @@ static uint32_t icsr(const Chip *chip) {
   if (nvic->pending[0] >> FIRST_INTERRUPT || nvic->pending[1]) {
     value |= ICSR_ISRPENDING;
   }
-  int current = nvic_is_active(nvic, (int)chip->core.ipsr);
+  int number = (int)chip->core.ipsr; /* a debugger or a damaged stack frame can set any number of 9 bits */
+  int current = number < EXCEPTIONS && nvic_is_active(nvic, number);
   return nvic_active_count(nvic) == current ? value | ICSR_RETTOBASE : value;
 }
 

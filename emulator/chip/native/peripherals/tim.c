@@ -1,7 +1,8 @@
 /* TIM1 to TIM5 and TIM9 to TIM11 (RM0368 sections 12 to 14, tables 1, 38; pins: STM32F401xB/C datasheet).
  *
  * State is computed when it is read. An event exists only while an enabled interrupt or DMA request waits for its
- * flag. Therefore PWM alone needs no events. Missed updates are counted when the flag is cleared.
+ * flag, or the ADC waits for an edge. Therefore PWM alone needs no events. Missed updates are counted when the flag is
+ * cleared.
  *
  * Times are counted in ticks of the timer's clock since origin_ps, so that they do not drift. The origin is moved so
  * that the ticks fit into 64 bits. tim_catch_up() needs few steps: the first step ends at the next update, which
@@ -88,11 +89,8 @@ static void find_all_matches(Tim *tim) {
 static int64_t steps_to_flags(const Tim *tim, uint32_t flags) {
   int64_t least = INT64_MAX;
   for (int n = 0; n < tim->variant->channels; n++) {
-    const TimChannel *channel = &tim->channels[n];
-    for (int match = 0; flags & flag_of(n) && match < channel->match_count; match++) {
-      int64_t steps = steps_to(tim, channel->matches[match]);
-      least = steps < least ? steps : least;
-    }
+    int64_t steps = flags & flag_of(n) ? steps_to_match(tim, &tim->channels[n]) : INT64_MAX;
+    least = steps < least ? steps : least;
   }
   return least;
 }
@@ -178,6 +176,7 @@ static void raise_update_flag(Tim *tim, int64_t count) {
 /* The first update loads the preloaded values. */
 static void update(Tim *tim, int64_t count) {
   load_preloaded(tim);
+  tim->pulses |= 1 << MASTER_UPDATE;
   tim->repetitions_left = tim->repetition;
   if (tim->one_pulse) {
     REGISTER(tim, CR1) &= ~CR1_CEN;
@@ -267,20 +266,15 @@ static void stop(Tim *tim, int64_t now_ps) {
   }
 }
 
-/* Return INT64_MAX if no update will come. */
-static int64_t steps_to_update(const Tim *tim) {
-  if (!tim->updates_enabled || is_blocked(tim)) {
-    return INT64_MAX;
-  }
-  return steps_to_overflow(tim) + tim->repetitions_left * tim->overflow_period;
-}
-
 /* Advance the counter by `steps`. If these steps reach an update, the caller calls update() next. */
 static inline void advance(Tim *tim, int64_t steps) {
   if (steps <= 0) {
     return;
   }
   raise_compare_flags(tim, steps);
+  if (tim->listened | tim->followed) {
+    tim_advance_outputs(tim, steps);
+  }
   if (tim->updates_enabled) {
     tim->repetitions_left -= (uint32_t)overflows_in(tim, steps);
   }
@@ -324,13 +318,17 @@ inline void tim_catch_up(Tim *tim) {
   }
 }
 
-/* Predict the next flag, but not beyond the next update, which may change compare values. */
+/* Predict the next flag or listened edge, but not beyond the next update, which may change compare values. */
 static int64_t find_next_ps(const Tim *tim) {
   if (!tim->running || is_blocked(tim)) {
     return NEVER_PS;
   }
   uint32_t missing = ~REGISTER(tim, SR);
   int64_t steps = steps_to_flags(tim, missing & CC_FLAGS);
+  if (tim->listened) {
+    int64_t edge = tim_steps_to_edge(tim);
+    steps = edge < steps ? edge : steps;
+  }
   if (steps < INT64_MAX || missing & SR_UIF || tim->one_pulse || REGISTER(tim, DIER) & DIER_UDE) {
     int64_t first = steps_to_update(tim);
     steps = first < steps ? first : steps;
@@ -349,8 +347,11 @@ static int64_t next_ps(Tim *tim) {
 inline void tim_reschedule(Tim *tim) {
   Chip *chip = tim->peripheral.chip;
   uint32_t status = REGISTER(tim, SR), enabled = REGISTER(tim, DIER), active = status & enabled;
-  bool wanted = enabled & ~status & (SR_UIF | CC_FLAGS) || enabled & DIER_UDE;
+  bool wanted = enabled & ~status & (SR_UIF | CC_FLAGS) || enabled & DIER_UDE || tim->listened;
   tim->next_known = false;
+  if (tim->listened) {
+    tim_report_edges(tim);
+  }
   int64_t at_ps = wanted ? next_ps(tim) : NEVER_PS;
   if (at_ps >= NEVER_PS) {
     event_cancel(chip, tim->event);
@@ -476,8 +477,8 @@ static void compare_changed(Tim *tim, int number) {
 
 static void channels_changed(Tim *tim) {
   for (int n = 0; n < tim->variant->channels; n++) {
-    tim->channels[n].settings = (uint8_t)(REGISTER(tim, n < 2 ? CCMR1 : CCMR2) >> 8 * (n & 1));
-    tim->channels[n].enable = REGISTER(tim, CCER) >> 4 * n & 0xF;
+    uint8_t settings = (uint8_t)(REGISTER(tim, n < 2 ? CCMR1 : CCMR2) >> 8 * (n & 1));
+    tim_set_output(tim, n, settings, REGISTER(tim, CCER) >> 4 * n & 0xF);
     compare_changed(tim, n);
   }
   find_all_matches(tim);
@@ -486,7 +487,9 @@ static void channels_changed(Tim *tim) {
 /* Section 12.4.6. */
 static void generate_events(Tim *tim, uint32_t events) {
   if (events & EGR_UG) {
+    tim->pulses |= 1 << MASTER_RESET;
     if (!(REGISTER(tim, CR1) & CR1_UDIS)) {
+      tim->pulses |= 1 << MASTER_UPDATE;
       load_preloaded(tim);
       if (!(REGISTER(tim, CR1) & CR1_URS)) {
         raise_update_flag(tim, 1);
@@ -501,6 +504,7 @@ static void generate_events(Tim *tim, uint32_t events) {
       tim_capture(tim, n);
     } else if (events & flag_of(n)) {
       REGISTER(tim, SR) |= flag_of(n);
+      tim->pulses |= n == 0 ? 1 << MASTER_COMPARE : 0;
     }
   }
   REGISTER(tim, SR) |= events & (COM_TRIGGER | SR_BIF);
@@ -577,6 +581,7 @@ static void tim_reset(Peripheral *peripheral) {
   Tim *tim = (Tim *)peripheral;
   memcpy(tim->registers, TIM_RESETS[tim->variant - VARIANTS], sizeof tim->registers);
   memset(tim->channels, 0, sizeof tim->channels);
+  tim->followed = tim->latched = tim->pulses = 0;
   tim->mode = TIM_UP;
   tim->index = 0;
   set_active_arr(tim, REGISTER(tim, ARR));

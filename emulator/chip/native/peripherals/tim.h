@@ -25,6 +25,9 @@ typedef struct {
   int64_t matches[2]; /* positions that raise the flag */
 } TimChannel;
 
+/* Signals that start conversions of the ADC: outputs of the channels, and the trigger output. */
+enum TimSignal { TIM_CC1, TIM_CC2, TIM_CC3, TIM_CC4, TIM_TRGO };
+
 enum TimMode { TIM_UP, TIM_DOWN, TIM_CENTRE };
 
 typedef struct {
@@ -51,7 +54,12 @@ typedef struct {
   uint8_t preload_done; /* active registers equal preloaded registers */
 
   TimChannel channels[TIM_CHANNELS];
-  int64_t next_ps; /* next flag, if next_known */
+  uint8_t listened; /* bit = enum TimSignal: signals whose edges another peripheral uses */
+  uint8_t signals;  /* latest levels of the signals */
+  uint8_t pulses;   /* bit = code of CR2.MMS: pulses of the trigger output that are not reported yet */
+  uint8_t followed; /* bit = channel: matches change the level of its output (OCxM 1 to 3) */
+  uint8_t latched;  /* bit = channel: level of an output that does not depend on the counter (OCxM 0 to 3) */
+  int64_t next_ps; /* next flag or listened edge, if next_known */
   uint8_t next_known;
   uint8_t tick_pending; /* a tick waits for its handler */
   int64_t tick_ps, missed_ticks;
@@ -70,6 +78,9 @@ typedef struct {
 
 void timers_create(Chip *chip);
 void timers_oscillators_changed(Chip *chip); /* Handle a change of LSI or LSE. */
+/* Report the edges of a signal of TIM1 to TIM5 to adc_timer_signal(). */
+void timers_listen(Chip *chip, int number, enum TimSignal signal);
+void timers_ignore_all(Chip *chip);
 void timers_pin_changed(Chip *chip, int port, int pin, bool level);
 
 #endif

@@ -14,6 +14,10 @@
 #define CC_FLAGS (SR_CC1IF | SR_CC2IF | SR_CC3IF | SR_CC4IF)
 /* Masks at the position of channel 1. */
 #define CCS(settings) FIELD(settings, CCMR1_CC1S)
+#define OCM(settings) FIELD(settings, CCMR1_OC1M)
+
+/* Codes of CR2.MMS, the source of the trigger output (12.4.2). Codes from MASTER_OUTPUT on are output references. */
+enum { MASTER_RESET, MASTER_ENABLE, MASTER_UPDATE, MASTER_COMPARE, MASTER_OUTPUT };
 
 typedef struct {
   uint8_t flags, number; /* bits of SR, and the NVIC input that they raise */
@@ -81,6 +85,14 @@ static inline int64_t steps_to_overflow(const Tim *tim) {
   return tim->overflow_period - (within ? tim->index : tim->index % tim->overflow_period);
 }
 
+/* Return INT64_MAX if no update will come. */
+static inline int64_t steps_to_update(const Tim *tim) {
+  if (!tim->updates_enabled || is_blocked(tim)) {
+    return INT64_MAX;
+  }
+  return steps_to_overflow(tim) + tim->repetitions_left * tim->overflow_period;
+}
+
 static inline int64_t overflows_in(const Tim *tim, int64_t steps) {
   int64_t first = steps_to_overflow(tim);
   return steps < first ? 0 : 1 + (steps - first) / tim->overflow_period;
@@ -95,11 +107,31 @@ static inline uint32_t flag_of(int channel) { return 2u << channel; }
 
 static inline bool is_input(const TimChannel *channel) { return CCS(channel->settings) != 0; }
 
+/* Return the number of steps until the channel's flag is set; INT64_MAX: never. */
+static inline int64_t steps_to_match(const Tim *tim, const TimChannel *channel) {
+  int64_t least = INT64_MAX;
+  for (int match = 0; match < channel->match_count; match++) {
+    int64_t steps = steps_to(tim, channel->matches[match]);
+    least = steps < least ? steps : least;
+  }
+  return least;
+}
+
 /* tim.c */
 void tim_catch_up(Tim *tim); /* Call this before the timer's state is read or changed. */
 /* Schedule the event of the next flag, and set the interrupt lines. Call this after a change. */
 void tim_reschedule(Tim *tim);
 Tim tim_at_present(const Tim *tim); /* Return a copy at the current time, without effects on the chip. */
+
+/* tim_outputs.c */
+/* Set the channel's mode and enable bits (a byte of CCMR, four bits of CCER). */
+void tim_set_output(Tim *tim, int channel, uint8_t settings, uint8_t enable);
+/* Call this before the counter advances by `steps`, if a signal is listened to or a channel is followed. */
+void tim_advance_outputs(Tim *tim, int64_t steps);
+/* Return the number of steps until a listened signal may change; INT64_MAX: never. */
+int64_t tim_steps_to_edge(const Tim *tim);
+/* Report the edges of listened signals since the latest call. */
+void tim_report_edges(Tim *tim);
 
 /* tim_inputs.c */
 void tim_capture(Tim *tim, int channel);

@@ -30,6 +30,7 @@ void tim_capture(Tim *tim, int channel) {
     REGISTER(tim, SR) |= flag_of(channel) << 8;
   }
   REGISTER(tim, SR) |= flag_of(channel);
+  tim->pulses |= channel == 0 ? 1 << MASTER_COMPARE : 0;
   REGISTER(tim, CCRx(channel + 1)) = (uint32_t)cnt_of(tim);
 }
 
