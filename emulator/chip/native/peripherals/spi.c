@@ -8,8 +8,8 @@
  * Decision: when an SPI only receives, its first byte starts when SPE is set. Each further byte starts when DR is read
  * while SPE is still set. So firmware that sets and clears SPE gets exactly one byte, as ST's sensor driver expects,
  * however many cycles an instruction takes. On the chip the clock does not wait for a read of DR. The overrun after a
- * long pulse is not modelled, because instruction timing is an estimate. If firmware sees RXNE, waits for one period of SCK or longer and
- * then clears SPE, the next byte has begun and is the last one (20.3.8).
+ * long pulse is not modelled, because instruction timing is an estimate. If firmware sees RXNE, waits for one period
+ * of SCK or longer and then clears SPE, the next byte has begun and is the last one (20.3.8).
  *
  * A master with SSM = 1 and SSI = 0 gets MODF.
  *
