@@ -281,6 +281,35 @@ def test_preloaded_compare_value_moves_edge_from_update(bench: Bench) -> None:
     assert bench.run(260) == [40, 170, 270]
 
 
+def test_preloaded_compare_value_starts_toggling_after_update(bench: Bench) -> None:
+    """A compare value above ARR never matches. The value that replaces it is active from the update at 100 us on."""
+    bench.timer(3)
+    bench.channel(1, TOGGLE, 120)
+    bench.tim.write(T_CCMR1, TOGGLE << 4 | 1 << 3)
+    bench.trigger(TIM3_CC1, BOTH)
+    bench.start(20)
+    bench.tim.write(T_CCR1, 40)
+    assert bench.run(260) == [140, 240]
+
+
+def test_overflow_without_update_raises_output(bench: Bench) -> None:
+    """RM0368 12.4.1, UDIS: the counter overflows without an update, and the output follows the counter."""
+    bench.timer(3)
+    bench.channel(1, PWM1, 40)
+    bench.tim.write(T_CR1, UDIS)
+    bench.trigger(TIM3_CC1)
+    assert bench.start(250) == [100, 200]
+
+
+def test_counter_above_arr_compares_until_it_wraps(bench: Bench) -> None:
+    """RM0368 12.3.2: CNT = 65000 is above ARR, and counts up to 65535. CNT < CCR holds until 65100, and from 0 on."""
+    bench.timer(3)
+    bench.channel(1, PWM1, 65_100)
+    bench.tim.write(T_CNT, 65_000)
+    bench.trigger(TIM3_CC1, BOTH)
+    assert bench.start(1_000) == [100, 536]
+
+
 # -- trigger output -----------------------------------------------------------------------------------------
 
 
@@ -340,6 +369,14 @@ def test_compare_pulse_mode_sends_each_match(bench: Bench) -> None:
     assert bench.start(250) == [40, 140, 240]
 
 
+def test_compare_pulse_mode_sends_software_event(bench: Bench) -> None:
+    """RM0368 12.4.2, 12.4.6: CC1G is to set CC1IF, too."""
+    trigger_output(bench, COMPARE_PULSE)
+    bench.run(10)
+    bench.tim.write(T_EGR, 1 << 1)
+    assert bench.run(10) == [10]
+
+
 def test_compare_pulse_mode_sends_captures(bench: Bench) -> None:
     """RM0368 12.4.2, MMS = 3: also a capture. PA6 is the input of channel 1 of TIM3 (alternate function 2)."""
     bench.timer(3)
@@ -384,6 +421,17 @@ def test_reset_timer_sends_no_more_triggers(bench: Bench) -> None:
     bench.start(150)
     bench.tim.reset()
     assert bench.run(250) == [100]
+
+
+def test_reset_timer_toggles_from_low_level(bench: Bench) -> None:
+    bench.timer(3)
+    bench.channel(1, TOGGLE, 40)
+    bench.start(50)
+    bench.tim.reset()
+    bench.timer(3)
+    bench.channel(1, TOGGLE, 40)
+    bench.trigger(TIM3_CC1)
+    assert bench.start(250) == [90, 290]
 
 
 def test_dma_stores_samples_at_rate_of_timer(bench: Bench) -> None:

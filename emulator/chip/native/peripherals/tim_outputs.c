@@ -155,8 +155,8 @@ static int64_t steps_to_level(const Tim *tim, int n) {
 static int64_t steps_to_trigger(const Tim *tim) {
   uint32_t mode = master_mode(tim);
   switch (mode) {
-  case MASTER_RESET: return INT64_MAX;
-  case MASTER_ENABLE: return tim->one_pulse ? steps_to_update(tim) : INT64_MAX;
+  case MASTER_RESET: /* writes cause these edges, and the end of a pulse, which always has an event */
+  case MASTER_ENABLE: return INT64_MAX;
   case MASTER_UPDATE: return steps_to_update(tim);
   case MASTER_COMPARE: return steps_to_match(tim, &tim->channels[0]);
   default: return steps_to_level(tim, (int)mode - MASTER_OUTPUT);
