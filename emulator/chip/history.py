@@ -146,7 +146,9 @@ class History:
         """In the present, tell observers again what happens, and take a snapshot if it is time for one."""
         if self.is_past:
             return
-        self._board.trace.replaying = False
+        if self._board.trace.replaying:
+            self._clock.settle()  # observers have received these events
+            self._board.trace.replaying = False
         self._present_ps = self._clock.now_ps
         if self._present_ps >= self._moments[-1].at_ps + _SPACING_PS:
             self._keep(has_input=False)
@@ -164,6 +166,7 @@ class History:
     def return_to(self, moment: Moment) -> None:
         """Restore a moment of the past. The core is then halted."""
         if not self.is_past:
+            self._clock.settle()  # observers receive all events of the present
             self._printed = self._board.terminal.position
         self._board.trace.replaying = True
         self._restore(moment)

@@ -310,6 +310,20 @@ def test_many_inputs_shorten_history() -> None:
         assert 0.4 < one.board.now_s < 1
 
 
+def test_watchpoint_beside_polled_variable_costs_little_work() -> None:
+    """The main loop polls a variable directly before the watched one, and a limit bounds the work of firmware."""
+    with debugged(Board("solution", ideal=True)) as one:
+        one.run_until(1.1)
+        before = one.board.chip.core.work if one.board.chip is not None else 0
+        one.target.add(Point(PointKind.WRITE, one.address_of("pitch"), 4))
+        while one.now_ps < to_ps(1.3):
+            one.target.resume()
+            one.target.run_until_ps(to_ps(1.3))
+        work = one.board.chip.core.work - before if one.board.chip is not None else 0
+
+        assert work < 100_000_000
+
+
 # -- packets ------------------------------------------------------------------------------------------------
 
 

@@ -26,7 +26,6 @@ from fcu_emulator.emulator.clock import Clock
 
 # -- breakpoints and watchpoints ----------------------------------------------------------------------------
 
-_WIDEST_ACCESS = 8  # bytes of the widest access
 _ALIASES = (
     (RAM, RAM_SIZE, memory_map.RAM_BITS),
     (memory_map.PERIPHERALS, memory_map.PERIPHERALS_SIZE, memory_map.PERIPHERAL_BITS),
@@ -83,9 +82,7 @@ class Points:
         self._ranges = [one for point in points if not point.kind.is_break for one in _watched_ranges(point)]
         if self._ranges:
             begin = min(begin for _, begin, _, _ in self._ranges)
-            self._core.watch_memory(
-                max(begin - _WIDEST_ACCESS + 1, 0), max(end for _, _, end, _ in self._ranges) - 1
-            )
+            self._core.watch_memory(begin, max(end for _, _, end, _ in self._ranges) - 1)
         else:
             self._core.unwatch_memory()
 

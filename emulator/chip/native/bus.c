@@ -312,7 +312,7 @@ static bool check_access(Core *core, uint32_t address, unsigned size, bool writt
   if (core->unalign_trp && is_unaligned(address, size)) {
     return access_fault(core, address, STOP_UNALIGNED);
   }
-  if (core->watching && address - core->watch_begin <= core->watch_end - core->watch_begin) {
+  if (core->watching && address <= core->watch_end && address + (size - 1) >= core->watch_begin) {
     report_access(core->chip, address, size, written);
   }
   return true;

@@ -118,7 +118,7 @@ int32_t fcu_execution_priority(const Chip *chip, int32_t primask, int32_t basepr
 
 /* -- accesses by debuggers and DMA: bus.c ------------------------------------------------------------- */
 
-/* Call host.accessed() when the core accesses an address from begin to end (included). This slows down all
+/* Call host.accessed() when the core accesses a byte from begin to end (included). This slows down all
  * accesses. */
 void fcu_watch_memory(Chip *chip, int32_t on, uint32_t begin, uint32_t end);
 /* Access an address with all side effects. Return 0 if the address has no memory or register. */
