@@ -147,7 +147,7 @@ class History:
         if self.is_past:
             return
         if self._board.trace.replaying:
-            self._clock.settle()  # observers have received these events
+            self._core.settle()  # observers have received these events
             self._board.trace.replaying = False
         self._present_ps = self._clock.now_ps
         if self._present_ps >= self._moments[-1].at_ps + _SPACING_PS:
@@ -166,7 +166,7 @@ class History:
     def return_to(self, moment: Moment) -> None:
         """Restore a moment of the past. The core is then halted."""
         if not self.is_past:
-            self._clock.settle()  # observers receive all events of the present
+            self._core.settle()  # observers receive all events of the present
             self._printed = self._board.terminal.position
         self._board.trace.replaying = True
         self._restore(moment)
