@@ -28,6 +28,7 @@ from tests.support.arm.recording import board_of
 
 NEVER_CALLED = "SVC_Handler"
 
+
 State = tuple[object, ...]
 PROGRAMS = [
     "solution-flat",
@@ -241,6 +242,27 @@ def test_observers_receive_repeated_past_once(tmp_path: Path) -> None:
         texts = [event for event in events if isinstance(event, TerminalBytes)]
         others = [event for event in events if not isinstance(event, TerminalBytes)]
         return others, b"".join(one.data for one in texts).decode("latin-1") + file.read_text(), link
+
+    assert outcome(back=True) == outcome(back=False)
+
+
+def test_events_before_halt_are_received_once() -> None:
+    """The chip may fire the end of a bus transfer later, with the next event. The core halts in between."""
+
+    def outcome(back: bool) -> list[TraceEvent]:
+        events: list[TraceEvent] = []
+        with debugged(Board("solution", ideal=True)) as one:
+            one.run_until(1.1)
+            one.board.trace.subscribe(events.append)
+            one.target.add(Point(PointKind.WRITE, one.address_of("pitch"), 4))
+            for _ in range(5):
+                assert one.run_for_us(2_000) is not None
+                if back:
+                    one.target.reverse_step()
+                    one.step()
+            one.target.remove(Point(PointKind.WRITE, one.address_of("pitch"), 4))
+            one.run_until(1.2)
+        return [event for event in events if not isinstance(event, TerminalBytes)]
 
     assert outcome(back=True) == outcome(back=False)
 
