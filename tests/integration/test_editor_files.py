@@ -88,11 +88,12 @@ def test_debugger_connects_after_server_is_ready(project: Path) -> None:
         board.terminate()
 
 
-@pytest.mark.parametrize("line", ["        line: main.c:48: PRINTF(x)", "        line: main() (main.c:48)"])
+@pytest.mark.parametrize("line", ["        line: main(), main.c:48", "        line: main.c:48"])
 def test_matcher_finds_line_of_failed_check(line: str, project: Path) -> None:
     matcher = tasks(project)["fcu check"]["problemMatcher"]["pattern"]
     found = re.search(matcher["regexp"], line)
     assert found
+    assert found[matcher["message"]].startswith("line: ")
     assert (found[matcher["file"]], found[matcher["line"]]) == ("main.c", "48")
 
 

@@ -43,7 +43,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_failed_check_is_shown_at_source_line(folder: Path) -> None:
-    failed = check(source="main.c:48: PRINTF", expected="1 m", actual="2 m")
+    failed = check(source="main(), main.c:48", expected="1 m", actual="2 m")
     assert annotation_commands(verdict(failed), folder) == [
         "::error file=lab/main.c,line=48,title=altitude::expected: 1 m%0Aseen: 2 m"
     ]
