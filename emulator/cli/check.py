@@ -21,6 +21,7 @@ import click
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.assembly.firmware import choose
 from fcu_emulator.emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY
+from fcu_emulator.emulator.cli.annotations import annotation_commands, commands_ignored
 from fcu_emulator.emulator.cli.boards_table import BoardsTable, points_on_board
 from fcu_emulator.emulator.cli.build import ELF, build_project, build_with_make
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
@@ -65,25 +66,40 @@ def _again(options: CheckOptions) -> str:
 
 def check_program(options: CheckOptions) -> ExitCode:
     """Build a folder's project, judge its program, and print the result. Raises InputError."""
-    if options.boards is not None and (options.json is not None or options.save is not None or options.hints):
-        raise InputError("--boards must be used without --json, --save and --hint")
+    with commands_ignored(options.annotations is not None):
+        shown, code = _checked(options)
+    if options.annotations is not None and shown is not None:
+        target = Path(options.target)
+        for line in annotation_commands(shown, target if target.is_dir() else target.parent):
+            click.echo(line)
+    return code
+
+
+def _checked(options: CheckOptions) -> tuple[Verdict | None, ExitCode]:
+    one_board = (options.json, options.junit, options.annotations, options.save)
+    if options.boards is not None and (options.hints or any(one is not None for one in one_board)):
+        raise InputError("--boards must be used without --json, --junit, --annotations, --save and --hint")
     rubric = load_rubric(_rubric_of(options))
     for name in options.exercises:
         rubric.exercise(name)  # raises an error for an unknown exercise before the build
     firmware, build_log = _built(options.target)
     with _workers(options.jobs, len(rubric.runs)) as workers:
         if options.boards is not None:
-            return _on_boards(firmware, build_log, rubric, options, options.boards, workers)
+            return None, _on_boards(firmware, build_log, rubric, options, options.boards, workers)
         shown = _judged(firmware, build_log, rubric, options, options.seed, workers).for_student()
     if options.json is not None:
-        _write(options.json, shown)
+        _write("--json", options.json, shown.to_json())
+    if options.junit is not None:
+        from fcu_emulator.emulator.grading.reports.machine import verdict_junit_xml
+
+        _write("--junit", options.junit, verdict_junit_xml(shown))
     laws, saved = _save(options.save, shown, rubric, firmware) if options.save is not None else ({}, [])
     if options.save is not None:
         say(f"saved in {options.save}: {', '.join(saved) or 'nothing'}")
     warning = _first_warning(build_log or "")
     for line in _Screen(shown, rubric, options, firmware, laws, warning).lines():
         click.echo(line)
-    return exit_code(shown)
+    return shown, exit_code(shown)
 
 
 @contextmanager
@@ -153,12 +169,12 @@ def exit_code(verdict: Verdict) -> ExitCode:
     return ExitCode.NOT_JUDGED if "unjudged" in outcomes else ExitCode.PASSED
 
 
-def _write(path: Path, verdict: Verdict) -> None:
+def _write(option: str, path: Path, text: str) -> None:
     try:
-        path.write_text(verdict.to_json(), encoding="utf-8", newline="\n")
+        path.write_text(text, encoding="utf-8", newline="\n")
     except OSError as error:
         problem = f"{error.strerror or error}; give a writable path"
-        raise LinkError(f"--json {path}: {problem}") from error
+        raise LinkError(f"{option} {path}: {problem}") from error
 
 
 def _save(folder: Path, verdict: Verdict, rubric: Rubric, firmware: str) -> tuple[dict[str, Path], list[str]]:

@@ -25,6 +25,13 @@ from fcu_emulator.firmware_model import arm
 _SUPPORT = ("*.c", "*.h", "*.ld", "*.mk", "*.options")
 _USUAL = FCU001V1.wiring()
 _WORKFLOW = "lab3"
+_EDITOR_FILES = {
+    "Dockerfile": ".devcontainer",
+    "devcontainer.json": ".devcontainer",
+    "tasks.json": ".vscode",
+    "launch.json": ".vscode",
+}
+"""Files for Visual Studio Code and dev containers, with their folders."""
 _MARKDOWN = re.compile(r"[\\`*_{}\[\]<>#|&]")
 
 
@@ -79,6 +86,8 @@ def _write(directory: Path, bus: str, lab: Rubric | None) -> None:
     if lab is not None:
         workflow, name = workflow_of(lab, workflow), "check"
     _write_text(directory / ".github" / "workflows" / f"{name}.yml", workflow)
+    for name, place in _EDITOR_FILES.items():
+        _write_text(directory / place / name, (scaffold / name).read_text(encoding="utf-8"))
     makefile = (scaffold / "Makefile").read_text(encoding="utf-8")
     makefile = makefile.replace(f"BUS ?= {_USUAL.bus}", f"BUS ?= {bus}")
     _write_text(directory / "Makefile", makefile)

@@ -383,6 +383,12 @@ class CheckOptions:
         help="Number of processes for the runs. Default: one for each core.",
     )
     json: Path | None = _file("Write the result also to a JSON file.", "--json")
+    junit: Path | None = _file("Write the checks also to a JUnit file, for CI.", "--junit")
+    annotations: str | None = option(
+        "--annotations",
+        type=click.Choice(["github"]),
+        help="Show failed checks at their source lines in GitHub Actions.",
+    )
     save: Path | None = option(
         "--save",
         type=click.Path(path_type=Path, file_okay=False),

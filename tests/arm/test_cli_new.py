@@ -37,7 +37,16 @@ def test_new_command_writes_template_and_prints_next_steps(tmp_path: Path, words
     text = fcu_new(str(project)).stdout
 
     names = {path.name for path in project.iterdir()}
-    assert names == {"main.c", "Makefile", "README.md", ".gitignore", ".github", "support"}
+    assert names == {
+        "main.c",
+        "Makefile",
+        "README.md",
+        ".gitignore",
+        ".github",
+        "support",
+        ".devcontainer",
+        ".vscode",
+    }
     assert "YOUR CODE HERE" in (project / "main.c").read_text()
     assert commands(text) == [f"cd '{project}'", "fcu build", "fcu run lab3.elf", "fcu check"]
     words("new", text)

@@ -11,7 +11,7 @@ from xml.etree import ElementTree as ET
 
 from fcu_emulator.emulator.errors import NotJudgedError
 from fcu_emulator.emulator.grading.results import Graded, GradedClass
-from fcu_emulator.emulator.grading.verdict import CheckResult
+from fcu_emulator.emulator.grading.verdict import CheckResult, Verdict
 from fcu_emulator.emulator.text import csv_text, visible
 
 _ON_ROSTER = {True: "yes", False: "no", None: ""}
@@ -68,6 +68,27 @@ def junit_xml(graded: GradedClass) -> str:
         if not checks:
             case = ET.SubElement(suite, "testcase", classname=graded.rubric, name="submission", time="0")
             ET.SubElement(case, "error", message=visible(one.reason), type=one.status)
+    ET.indent(root)
+    return '<?xml version="1.0" encoding="utf-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
+
+
+def verdict_junit_xml(verdict: Verdict) -> str:
+    """Return a test suite for each exercise of a verdict, with a test case for each check."""
+    root = ET.Element("testsuites", name=visible(verdict.rubric_title))
+    for exercise in verdict.exercises:
+        checks = verdict.of(exercise.exercise)
+        if not checks:
+            continue
+        suite = ET.SubElement(root, "testsuite", name=visible(f"{exercise.exercise} {exercise.title}"))
+        counts = {
+            "tests": len(checks),
+            "failures": sum(check.outcome in ("failed", "partial") for check in checks),
+            "errors": sum(check.outcome == "unjudged" and check.max_points > 0 for check in checks),
+            "skipped": sum(check.outcome == "unjudged" and not check.max_points for check in checks),
+        }
+        suite.attrib |= {name: str(count) for name, count in counts.items()}
+        for check in checks:
+            _case(suite, verdict.rubric, check)
     ET.indent(root)
     return '<?xml version="1.0" encoding="utf-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
 
