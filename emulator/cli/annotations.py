@@ -16,7 +16,7 @@ from typing import Final
 
 import click
 
-from fcu_emulator.emulator.cli.causes import relevant_causes
+from fcu_emulator.emulator.grading.causes import relevant_causes
 from fcu_emulator.emulator.grading.verdict import CheckResult, Verdict
 from fcu_emulator.emulator.text import visible
 
