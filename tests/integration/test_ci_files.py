@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[2]
 
 
 @pytest.mark.parametrize(
-    ("schema", "file"), [("vendor.github-actions", "action.yml"), ("vendor.gitlab-ci", "ci/gitlab.yml")]
+    ("schema", "file"), [("vendor.github-actions", "action.yml"), ("vendor.gitlab-ci", ".ci/gitlab.yml")]
 )
 def test_file_fits_schema_of_platform(schema: str, file: str) -> None:
     command = [sys.executable, "-m", "check_jsonschema", "--builtin-schema", schema, str(ROOT / file)]
@@ -51,7 +51,7 @@ def test_script_of_action_writes_summary_and_junit(firmware: str, code: int, tmp
         "EXERCISES": "2",
     }
     done = subprocess.run(
-        ["bash", str(ROOT / "ci" / "check.sh"), str(elf)],
+        ["bash", str(ROOT / ".ci" / "check.sh"), str(elf)],
         env=environment,
         cwd=tmp_path,
         capture_output=True,
