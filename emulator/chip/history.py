@@ -71,7 +71,7 @@ class History:
         self._clock = board.clock
         self._moments: list[Moment] = []
         self._present_ps = 0
-        self._inputs = 0
+        self._inputs_seen = 0  # number of inputs of the clock, after the latest run
         self._printed = 0  # number of bytes printed up to the present
         self._remark = ""
         self.inputs = 0
@@ -89,7 +89,9 @@ class History:
         return remark
 
     def close(self) -> None:
-        """Continue from the current time without a history."""
+        """Continue from the current time without a history. The board prints the later text again."""
+        if self.is_past:
+            self._board.terminal.uart.skip_numbers(self._printed)
         self._moments.clear()
         self._board.trace.replaying = False
 
@@ -97,7 +99,7 @@ class History:
 
     def run_until_ps(self, at_ps: int) -> None:
         """Run up to and including ``at_ps``, or until a debugger halts the core. Raises FirmwareError."""
-        if self._clock.inputs != self._inputs:
+        if self._clock.inputs != self._inputs_seen:
             self.add_input()
         while True:
             now_ps = self._clock.now_ps
@@ -105,7 +107,7 @@ class History:
             stop_ps = min(at_ps, self._next_stop_ps(now_ps), later.at_ps if later else at_ps)
             self._board.run_until_ps(stop_ps)
             has_halted = self._clock.now_ps < stop_ps
-            self._inputs = self._clock.inputs
+            self._inputs_seen = self._clock.inputs
             if later and self._clock.now_ps >= later.at_ps:
                 self._apply(later)
             self._arrive()
@@ -175,7 +177,7 @@ class History:
 
     def _restore(self, moment: Moment) -> None:
         self._board.restore(moment.snapshot)
-        self._inputs = self._clock.inputs
+        self._inputs_seen = self._clock.inputs
 
     # -- snapshots --------------------------------------------------------------------------------------
 
@@ -183,7 +185,7 @@ class History:
         """Take a snapshot of the present."""
         now_ps = self._present_ps = self._clock.now_ps
         self._board.trace.replaying = False
-        self._inputs = self._clock.inputs
+        self._inputs_seen = self._clock.inputs
         if self._moments and self._moments[-1].at_ps == now_ps:
             has_input |= self._moments.pop().has_input
         self._moments.append(Moment(now_ps, self._board.snapshot(), has_input))

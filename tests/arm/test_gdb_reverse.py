@@ -288,6 +288,18 @@ def test_change_in_past_discards_later_history() -> None:
         assert (printed + later).startswith(b"STEVAL-FCU001V1")
 
 
+def test_board_continues_from_past_after_detaching() -> None:
+    board = Board("solution", ideal=True)
+    with debugged(board) as one:
+        one.run_until(2.5)
+        printed, position = board.terminal.since(0)
+        one.back()
+        one.target.release()
+        board.run_until(2.5)
+
+        assert board.terminal.since(position)[0] == printed
+
+
 def test_reverse_step_after_change_in_past_is_exact() -> None:
     with debugged(Board("solution", ideal=True)) as one:
         one.run_until(1.1)
