@@ -44,8 +44,12 @@ def entries(options: MoveOptions, truth: dict[str, Any]) -> list[dict[str, Any]]
     turned = any(angle is not None for angle in angles.values())
     pushed = any(ways.values())
     if options.gesture is None:
-        if not turned and not pushed and (options.duration or options.axis):
-            raise InputError("give an angle such as --roll 30, or a gesture such as lift")
+        if options.axis is not None:
+            raise InputError("--axis must be used with a gesture: fcu move tap --axis up")
+        if not turned and not pushed and options.duration:
+            raise InputError(
+                "give an angle such as --roll 30, a distance such as --up 0.5, or a gesture such as lift"
+            )
         turns = [_turn(angles, options.duration, truth)] if turned else []
         return turns + [{"do": "move", "for": options.duration or _PUSHED_FOR, **ways}] * pushed
     if turned or pushed:

@@ -141,6 +141,7 @@ def test_every_gesture_is_executed_by_board(word: str) -> None:
         options("figure_eight", 1.5),
         options(roll=3.0, duration="3"),
         options(duration="3s"),
+        options(roll=3.0, axis="up"),
     ],
 )
 def test_unsuitable_options_are_refused_in_one_line(given: MoveOptions, words: Words) -> None:
