@@ -77,7 +77,7 @@ def test_agent_solves_second_exercise(agent: AgentClient, fresh: Path) -> None:
     first = exercise(before, "2")
     assert (before["exit_code"], first["state"], first["points"]) == (1, "not yet", 0)
     assert {one["title"] for one in first["failed_checks"]} == {
-        "the altitude follows the stairs, 0 m at the floor",
+        "the altitude is 0 m at first, and follows the board on the stairs",
         "the altitude is printed once a second",
     }
 
