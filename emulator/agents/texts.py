@@ -63,7 +63,7 @@ class TextStore:
     def shown(self, kind: str, text: str, lost_bytes: int = 0) -> dict[str, Any]:
         """Return the first page of a text; if the text is longer, keep it under a name that begins with ``kind``.
 
-        ``lost_bytes``: size of the end of the text, which the caller has not kept.
+        ``lost_bytes``: number of bytes at the end of the text that the caller has not kept.
         """
         whole, lost = text[:_LARGEST_KEPT], text[_LARGEST_KEPT:]
         lines = lines_of(whole)
