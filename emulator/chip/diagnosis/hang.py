@@ -149,7 +149,7 @@ class Waits:
         self._quiet_ps = quiet_ps
 
     def in_vain(self, loop: Loop, *, in_thread: bool = False) -> Cause | None:
-        """Return why the loop never ends. ``in_thread``: the loop runs when the active handlers have returned."""
+        """Return why the loop never ends. ``in_thread``: the loop continues when the active handlers have returned."""
         interrupts = Interrupts(self._chip.core, loop.masks, in_thread=in_thread)
         if loop.in_thread and self._may_switch(interrupts):
             return None
