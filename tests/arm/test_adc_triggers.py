@@ -226,7 +226,7 @@ def test_inverted_output_exchanges_edges(bench: Bench) -> None:
 
 
 @pytest.mark.parametrize(("number", "enable", "moe"), [(3, 0, 1), (1, 1, 0), (1, 0, 1)])
-def test_disabled_output_is_no_trigger(bench: Bench, number: int, enable: int, moe: int) -> None:
+def test_disabled_output_does_not_trigger(bench: Bench, number: int, enable: int, moe: int) -> None:
     """The signal to the ADC is that of the pin (efton.sk/STM32/gotcha/g89.html): CCxE, and MOE of TIM1."""
     bench.timer(number)
     bench.tim.write(T_BDTR, MOE * moe)
@@ -323,7 +323,7 @@ def trigger_output(bench: Bench, mode: int, *, number: int = 3, edges: int = RIS
         bench.trigger(TIM3_TRGO, edges)
 
 
-def test_reset_mode_sends_ug(bench: Bench) -> None:
+def test_trigger_output_in_reset_mode_sends_ug(bench: Bench) -> None:
     """RM0368 12.4.2, MMS = 0."""
     trigger_output(bench, RESET)
     bench.start(130)
@@ -332,13 +332,13 @@ def test_reset_mode_sends_ug(bench: Bench) -> None:
 
 
 @pytest.mark.parametrize(("edges", "starts"), [(RISING, [0]), (FALLING, [100])])
-def test_enable_mode_sends_cen(bench: Bench, edges: int, starts: list[float]) -> None:
+def test_trigger_output_in_enable_mode_sends_cen(bench: Bench, edges: int, starts: list[float]) -> None:
     """RM0368 12.4.2, MMS = 1. In one-pulse mode, CEN falls at the update."""
     trigger_output(bench, ENABLE, edges=edges, cr1=OPM)
     assert bench.start(250) == starts
 
 
-def test_update_mode_sends_updates(bench: Bench) -> None:
+def test_trigger_output_in_update_mode_sends_updates(bench: Bench) -> None:
     """RM0368 12.4.2, MMS = 2. UIF stays set, and does not matter."""
     trigger_output(bench, UPDATE)
     bench.start(250)
@@ -416,14 +416,14 @@ def test_timer_without_listener_causes_no_events(bench: Bench) -> None:
     assert bench.chip.next_ps == NEVER_PS
 
 
-def test_reset_timer_sends_no_more_triggers(bench: Bench) -> None:
+def test_timer_after_reset_sends_no_triggers(bench: Bench) -> None:
     trigger_output(bench, UPDATE)
     bench.start(150)
     bench.tim.reset()
     assert bench.run(250) == [100]
 
 
-def test_reset_timer_toggles_from_low_level(bench: Bench) -> None:
+def test_timer_after_reset_toggles_from_low_level(bench: Bench) -> None:
     bench.timer(3)
     bench.channel(1, TOGGLE, 40)
     bench.start(50)
@@ -510,7 +510,7 @@ def test_masked_or_other_event_starts_nothing(bench: Bench, mask: int, line: int
     changes=st.lists(st.tuples(st.integers(1, 30), st.integers(0, 10)), max_size=4),
     preload=st.booleans(),
 )
-def test_edges_follow_from_read_counter(
+def test_edges_agree_with_polled_counter(
     cr1: int, mode: int, arr: int, changes: list[tuple[int, int]], preload: bool
 ) -> None:
     """RM0368 12.3.9: the level is a function of CNT, DIR and the active CCR. Another timer is read at each count."""

@@ -192,7 +192,7 @@ def test_interrupted_search_leaves_board_in_past() -> None:
 # -- inputs and observers -----------------------------------------------------------------------------------
 
 
-def test_repeated_past_contains_all_inputs() -> None:
+def test_repeated_run_contains_all_inputs() -> None:
     """The world, typed bytes, a pin and a variable change; the board then repeats the whole run."""
     with debugged(Board("solution", ideal=True)) as one:
         board = one.board
@@ -215,7 +215,7 @@ def test_repeated_past_contains_all_inputs() -> None:
         assert one.target.take_remark() == ""
 
 
-def test_observers_receive_repeated_past_once(tmp_path: Path) -> None:
+def test_observers_receive_repeated_events_once(tmp_path: Path) -> None:
     def outcome(back: bool) -> tuple[list[TraceEvent], str, bytes]:
         board = Board("solution", scenario="tilt_sweep", ideal=True)
         events: list[TraceEvent] = []
@@ -319,7 +319,7 @@ def test_reverse_step_after_change_in_past_is_exact() -> None:
 # -- memory -------------------------------------------------------------------------------------------------
 
 
-def test_history_of_long_run_has_bounded_number_of_snapshots() -> None:
+def test_long_run_has_bounded_number_of_snapshots() -> None:
     """The distance of two snapshots is at most a third of their age, or 250 ms."""
     with debugged(Board("template-arm", ideal=True)) as one:
         history = one.target._history

@@ -165,7 +165,7 @@ def test_crashing_firmware_is_diagnosed(agent: AgentClient) -> None:
 # -- A live board -------------------------------------------------------------------------------------------
 
 
-def test_board_is_moved_and_expected_on(agent: AgentClient) -> None:
+def test_expected_output_follows_motion_of_board(agent: AgentClient) -> None:
     started = agent.call("start_board", firmware="solution", ideal=True)
     assert (started["now_s"], started["state"], started["leds"]["LED1"]) == (0, "ready", False)
     printed = agent.call("run_board", seconds=1.5)
@@ -195,7 +195,7 @@ def test_board_equals_python_api(agent: AgentClient) -> None:
     assert agent.call("variables", names=["pitch"])["values"]["pitch"] == pitch
 
 
-def test_missing_text_ends_at_virtual_time(agent: AgentClient) -> None:
+def test_search_for_missing_text_ends_in_time(agent: AgentClient) -> None:
     agent.call("start_board", firmware="template-arm")
     missing = agent.call("expect", text="Altitude", timeout_s=2.5)
 
