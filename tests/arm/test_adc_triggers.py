@@ -339,7 +339,7 @@ def test_trigger_output_in_enable_mode_sends_cen(bench: Bench, edges: int, start
 
 
 def test_trigger_output_in_update_mode_sends_updates(bench: Bench) -> None:
-    """RM0368 12.4.2, MMS = 2. UIF stays set, and does not matter."""
+    """RM0368 12.4.2, MMS = 2. UIF stays set, which has no effect."""
     trigger_output(bench, UPDATE)
     bench.start(250)
     bench.tim.write(T_EGR, UG)
@@ -435,7 +435,7 @@ def test_timer_after_reset_toggles_from_low_level(bench: Bench) -> None:
 
 
 def test_dma_stores_samples_at_rate_of_timer(bench: Bench) -> None:
-    """A timer with 44.1 kHz starts each conversion at its exact time: 1904 + 16/21 ticks are not possible, 1905 are."""
+    """A timer starts a conversion every 1905 ticks, about 44.1 kHz, because 1904 + 16/21 ticks are not possible."""
     bench.timer(2)
     bench.tim.write(T_PSC, 0)
     bench.tim.write(T_ARR, 1904)

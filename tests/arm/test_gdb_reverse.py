@@ -247,7 +247,7 @@ def test_observers_receive_repeated_events_once(tmp_path: Path) -> None:
 
 
 def test_events_before_halt_are_received_once() -> None:
-    """The chip may fire the end of a bus transfer later, with the next event. The core halts in between."""
+    """The end of a bus transfer may be executed later, with the next event. The core halts before this event."""
 
     def outcome(back: bool) -> list[TraceEvent]:
         events: list[TraceEvent] = []
@@ -347,7 +347,7 @@ def test_many_inputs_shorten_history() -> None:
 
 
 def test_watchpoint_beside_polled_variable_costs_little_work() -> None:
-    """The main loop polls a variable directly before the watched one, and a limit bounds the work of firmware."""
+    """The main loop polls the variable directly before the watched one, but the work of firmware is limited."""
     with debugged(Board("solution", ideal=True)) as one:
         one.run_until(1.1)
         before = one.board.chip.core.work if one.board.chip is not None else 0

@@ -95,7 +95,7 @@ def test_tamper_can_store_the_time() -> None:
 
 @pytest.mark.parametrize(("filter_", "samples"), [(1, 2), (2, 4), (3, 8)])
 def test_tamper_level_needs_consecutive_samples(filter_: int, samples: int) -> None:
-    """TAMPFREQ = 7 samples at RTCCLK / 256, 125 Hz with LSI: every 8 ms."""
+    """With TAMPFREQ = 7, the pin is sampled at RTCCLK / 256, which is 125 Hz with LSI: every 8 ms."""
     bench = Bench()
     drive(bench, 1)
     bench.write((TAFCR, TAMPPUDIS | filter_ << 11 | 7 << 8 | TAMP1E))

@@ -206,7 +206,7 @@ class Waits:
         if counted and changed is not None:
             return Cause(short, [f"SysTick's handler counts {' or '.join(names)}, but cannot run: {why}"])
         if why:
-            return Cause(short, [f"Nothing that could change {' or '.join(names)} is running; {why}"])
+            return Cause(short, [f"Nothing can change {' or '.join(names)}: {why}"])
         return Cause(
             short,
             [f"No enabled interrupt writes {' or '.join(names)}; enable and start an interrupt that does."],
@@ -280,7 +280,7 @@ class Hang:
             return None
         if low_power.in_standby:
             why = "Neither the WKUP pin nor an alarm or the wake-up timer of the RTC is on."
-            cause = Cause("Standby is never left, except by a reset", [why, self._quiet()])
+            cause = Cause("stays in Standby until a reset", [why, self._quiet()])
             return Diagnosis("stuck", cause.short, tuple(cause.sentences), fatal=False)
         why = "No line of EXTI is on, and only EXTI wakes the chip from Stop: SysTick and the timers have no clock."
         return self._report(self._pc, Cause("stays in Stop forever", [why, self._quiet()]))

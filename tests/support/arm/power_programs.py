@@ -81,7 +81,7 @@ LSI_RTC = (
     + put("RTC_WPR", 0xCA)
     + put("RTC_WPR", 0x53)
 )
-"""The RTC on LSI, with the keys given. PWR_ON must come first."""
+"""Switch the RTC on with LSI, and unlock its registers. PWR_ON must come first."""
 SYSTICK_1_KHZ = put("SYST_RVR", 15_999) + put("SYST_CVR", 0) + put("SYST_CSR", 7)
 HSE_ON = (
     put("RCC_CR", 1 << 16 | 0x83)
