@@ -1,7 +1,7 @@
 """Texts of bounded size: pages of long texts, and a store from which the rest is read.
 
-Decision: a long text is cut at its end and the rest stays readable by name, because the first error of a compiler
-and the first failed check are the important ones. The terminal of a live board is cut at its beginning.
+Decision: a long text is cut at its end, because the first error of a compiler and the first failed check are the
+important ones. The rest can be read by name. The terminal of a live board is cut at its beginning.
 """
 
 from __future__ import annotations

@@ -60,7 +60,7 @@ class Moment:
 class History:
     """Runs a board with firmware for the chip, and keeps its history, which begins now.
 
-    A snapshot is taken after 250 ms of virtual time and after each input. Older snapshots are farther apart.
+    A snapshot is taken every 250 ms of virtual time and after each input. Older snapshots are farther apart.
     """
 
     in_snapshots: ClassVar[bool] = False

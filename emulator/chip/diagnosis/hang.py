@@ -279,10 +279,10 @@ class Hang:
         if low_power.can_wake():
             return None
         if low_power.in_standby:
-            why = "Neither the WKUP pin nor an alarm or the wake-up timer of the RTC is on."
+            why = "The WKUP pin, and the alarms and the wake-up timer of the RTC are off."
             cause = Cause("stays in Standby until a reset", [why, self._quiet()])
             return Diagnosis("stuck", cause.short, tuple(cause.sentences), fatal=False)
-        why = "No line of EXTI is on, and only EXTI wakes the chip from Stop: SysTick and the timers have no clock."
+        why = "No EXTI line is enabled. Only EXTI wakes the chip from Stop: SysTick and the timers have no clock."
         return self._report(self._pc, Cause("stays in Stop forever", [why, self._quiet()]))
 
     def _in_handler(self) -> Diagnosis | None:
