@@ -75,7 +75,7 @@ class History:
         self._printed = 0  # number of bytes printed up to the present
         self._remark = ""
         self.inputs = 0
-        """Number of inputs that the history has had."""
+        """Number of inputs in the history so far."""
         self._keep(has_input=True)
 
     @property

@@ -263,7 +263,7 @@ def test_continuous_conversion_returns_voltage_at_time_of_read(chip: NativeChip,
 
 
 def test_enabling_interrupt_ends_pause_of_continuous_conversion(chip: NativeChip, adc: Adc) -> None:
-    """From then on, each end of conversion raises its interrupt at its time."""
+    """When EOCIE is set, each end of conversion raises the interrupt at its exact time."""
     adc.write(CR2, ADON | CONT | SWSTART)
     chip.run_to(PS_PER_MS)
     adc.write(CR1, EOCIE)

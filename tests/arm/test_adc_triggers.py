@@ -193,7 +193,7 @@ def test_trigger_during_conversion_is_ignored(bench: Bench) -> None:
 def test_output_mode_determines_edges(
     bench: Bench, mode: int, compare: int, rises: list[float], falls: list[float]
 ) -> None:
-    """RM0368 12.3.8, 12.3.9, 12.4.7. The channel has its mode before the ADC listens."""
+    """RM0368 12.3.8, 12.3.9, 12.4.7. The channel's mode is set before the ADC listens."""
     for edges, starts in ((RISING, rises), (FALLING, falls)):
         one = Bench()
         one.timer(3)

@@ -193,7 +193,7 @@ def test_interrupted_search_leaves_board_in_past() -> None:
 
 
 def test_repeated_run_contains_all_inputs() -> None:
-    """The world, typed bytes, a pin and a variable change; the board then repeats the whole run."""
+    """The run has inputs of the world, typed bytes, a pin and a variable; then the board repeats the whole run."""
     with debugged(Board("solution", ideal=True)) as one:
         board = one.board
         one.run_until(1.2)

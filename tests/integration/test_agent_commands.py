@@ -1,4 +1,4 @@
-"""Commands that ``fcu mcp`` starts: bounded in time and output, and ended with their own processes."""
+"""Commands that ``fcu mcp`` starts: time and output are limited, and child processes end with their command."""
 
 from __future__ import annotations
 

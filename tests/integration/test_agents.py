@@ -323,7 +323,7 @@ def assert_is_page(text: str) -> None:
 
 
 def whole(agent: AgentClient, first: dict[str, Any]) -> str:
-    """Return a text with its rest, read as the results say."""
+    """Return a whole text: read its rest with the calls that the results name."""
     pages = [first]
     while "rest" in pages[-1]:
         name, line = re.fullmatch(r'read_text\(name="(.+)", first_line=(\d+)\)', pages[-1]["rest"]).groups()  # type: ignore[union-attr]
