@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Checks the project in $1 with the exercises in EXERCISES. Writes annotations to stdout, the result to the job summary
-# (indented, so that no text of the firmware ends the block), and the JUnit file below RUNNER_TEMP.
+# (indented, so that text of the firmware cannot end the code block), and a JUnit file into RUNNER_TEMP.
 set -uo pipefail
 folder=$1
 junit="$RUNNER_TEMP/fcu-junit.xml"

@@ -235,7 +235,7 @@ class Trace:
         self.observed = False
         self.dropped = 0
         self.replaying = False
-        """Whether the board repeats its past. Subscribers and files then receive no events again."""
+        """Whether the board repeats its past. In this case, subscribers and files receive no events."""
         self._sources: list[Callable[[], None]] = []
         self._events: deque[TraceEvent] = deque()
         self._keep_detail = False

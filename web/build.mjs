@@ -11,7 +11,7 @@ await build({
   entryPoints: { app: "src/main.ts" },
   bundle: true,
   minify: true,
-  format: "iife", // JupyterHub refuses requests of modules, which browsers mark as CORS
+  format: "iife", // JupyterHub refuses requests for modules, because browsers mark them as CORS
   target: "es2022",
   legalComments: "none",
   loader: { ".css": "css" },

@@ -31,7 +31,7 @@ class Build(Arguments):
 class Check(Arguments):
     """Judge a program exercise by exercise, as `fcu check` does. A project's folder is built first.
 
-    The result has points, and for each open exercise the failed checks (expected, seen, source line, hint) and
+    The result has points, and for each unsolved exercise the failed checks (expected, seen, source line, hint) and
     explanations with function and line. Takes up to a minute.
     """
 
@@ -62,17 +62,17 @@ class Run(Arguments):
 
 
 class ReadText(Arguments):
-    """Read the rest of a text that was cut, or a guide. Each result with a cut text names the call.
+    """Read the rest of a text that was cut, or a guide. A result with a cut text has the call in its key `rest`.
 
     Guides have names such as student.md and scenarios.md; llms.txt lists them.
     """
 
-    name: Name = Field(description="Name of the text, from the key rest of a result; or of a guide.")
+    name: Name = Field(description="Name of a text, from the key rest of a result, or of a guide.")
     first_line: int = Field(1, ge=1, le=10**7, description="First line to return, counted from 1.")
 
 
 class StartBoard(Arguments):
-    """Switch on a live board, which replaces the previous one. Its time passes only during other tools.
+    """Switch on a live board, which replaces the previous one. Its time passes only in run_board, expect and transfers.
 
     The result of this and of the other board tools has the virtual time, the LEDs and the state.
     """
@@ -81,7 +81,7 @@ class StartBoard(Arguments):
         None, description=f"{_FIRMWARE} Default: the scenario's firmware, else lab3."
     )
     scenario: Line | None = Field(
-        None, description=f"{_SCENARIO} The scenario then moves the board, and act cannot."
+        None, description=f"{_SCENARIO} The scenario then moves the board, and act cannot move it."
     )
     wiring: Name | None = Field(None, description=_WIRING)
     seed: int | None = Field(None, ge=0, le=2**31, description=_SEED)
@@ -89,7 +89,7 @@ class StartBoard(Arguments):
 
 
 class Act(Arguments):
-    """Move the live board, or act on it: begin one entry of a scenario's timeline now.
+    """Start one action of a scenario's timeline now on the live board: a motion, a button, typed text or a fault.
 
     Examples: {"do": "rotate_to", "roll_deg": 30, "for": "1s"}; {"do": "set_attitude", "pitch_deg": 85};
     {"do": "lift", "metres": 2, "for": "2s"}; {"do": "figure_eight", "turns": 2, "for": "12s", "by": "hand"};
@@ -98,7 +98,9 @@ class Act(Arguments):
     No time passes: call run_board afterwards.
     """
 
-    entry: dict[str, Any] = Field(description="The entry, with the key do and without the key at.")
+    entry: dict[str, Any] = Field(
+        description="The timeline entry of the action, with the key do and without the key at."
+    )
 
 
 class RunBoard(Arguments):
@@ -114,7 +116,7 @@ class Expect(Arguments):
     """
 
     text: Annotated[str, Field(min_length=1, max_length=1000)] = Field(
-        description="Text that must be printed, literally; no pattern."
+        description="Exact text to find in the output; not a pattern."
     )
     timeout_s: Seconds = Field(10.0, ge=0, le=3600, description="Virtual time after which the search ends.")
     since: int | None = Field(
@@ -135,14 +137,14 @@ class Registers(Arguments):
     """
 
     part: Name = Field(
-        description="LSM6DSL, LIS2MDL, LPS22HB, or a peripheral such as RCC or GPIOB; another name lists all."
+        description="LSM6DSL, LIS2MDL, LPS22HB, or a peripheral such as RCC or GPIOB; an unknown name lists all."
     )
     register_name: Name | None = Field(
         None,
         alias="register",
         description="Only this register, such as CTRL1_XL, with meanings. Default: all.",
     )
-    first: int = Field(0, ge=0, le=10_000, description="Number of registers to skip, to read the rest.")
+    first: int = Field(0, ge=0, le=10_000, description="Number of registers to skip, to read the next page.")
 
 
 class Variables(Arguments):
@@ -158,7 +160,7 @@ class Transfers(Arguments):
     """Read the bus transfers of the live board, with register names and decoded samples.
 
     With `run_s` the board runs for this virtual time, and the transfers in this time are recorded. With 0, the
-    result has the few latest transfers.
+    result has only the latest transfers.
     """
 
     run_s: Seconds = Field(0.0, ge=0, le=10, description="Virtual time to run and record, such as 0.01.")
@@ -177,5 +179,5 @@ class Explain(Arguments):
         description="Printed number, such as Altitude, Pitch, ACC.x. Default: problems of the live board.",
     )
     firmware: Line | None = Field(
-        None, description="ELF file to explain a number of. Default: the live board's."
+        None, description="ELF file that prints the number. Default: the live board's."
     )

@@ -1,7 +1,7 @@
 """Commands of ``fcu`` in child processes, with bounded output and time.
 
-Decision: build, check and run are the commands that a user types, each in a process. A tool then returns the same
-verdict as the command line, a crash does not end the server, and a command that takes too long can be ended.
+Decision: the tools build, check and run start the commands that a user types, each in a process. So a tool returns the
+same verdict as the command line, a crash does not end the server, and a command that takes too long can be ended.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ _START: Final = (
     "import runpy, sys; sys.path[:] = {path!r}; runpy.run_module('fcu_emulator', run_name='__main__')"
 )
 _PREFIX, _USAGE, _ERROR = "fcu: ", "Usage: ", "Error: "
-"""Beginning of a message of fcu, and of the first and the last line of a message of click."""
+"""Beginnings of a message of fcu, and of the first and the last line of a usage error of click."""
 
 
 class Patience:
-    """The wall time that one call may take, from now or from ``begin``. ``cancel`` ends it early."""
+    """Limit of a call's wall time, counted from now or from the latest ``begin``. ``cancel`` ends the call early."""
 
     def __init__(self, wall_s: float) -> None:
         self.wall_s = wall_s
@@ -41,7 +41,7 @@ class Patience:
         self.begin()
 
     def begin(self) -> None:
-        """Start the time again, because the call has waited for other calls."""
+        """Restart the time, so that waiting for other calls does not count."""
         self._end_s = time.monotonic() + self.wall_s
 
     def cancel(self) -> None:
@@ -55,7 +55,7 @@ class Patience:
 
 @dataclass(frozen=True)
 class Finished:
-    """A command that has ended. ``output`` and ``errors`` are its streams; ``lost`` counts bytes not kept of output."""
+    """A command that has ended. ``output`` and ``errors``: its streams; ``lost``: bytes of output not kept."""
 
     code: int
     output: str
@@ -147,7 +147,7 @@ def _end(process: subprocess.Popen[bytes]) -> None:
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
-    """End the command and its children immediately. After its end, its id may belong to another process."""
+    """End the command and its children immediately. When the command has ended, its id may belong to another process."""
     if process.poll() is None:
         if sys.platform == "win32":
             process.kill()

@@ -13,13 +13,13 @@ from fcu_emulator.emulator.grading.rubric import Rubric, load_rubric, rubric_of
 from fcu_emulator.emulator.scenario.expectations import ExpectField
 from fcu_emulator.emulator.text import shown
 
-_NOT_FOUND: Final = "no formula of the firmware is found to differ from the lab's"
+_NOT_FOUND: Final = "no formula of the firmware was found that differs from the lab's"
 
 
 def explain_problems(board: LiveBoard | None) -> dict[str, Any]:
     """Return the problems of the live board's firmware. Raises InputError without a board."""
     if board is None:
-        raise InputError("give number and firmware, or start a board first: start_board", kind="no_board")
+        raise InputError("give number and firmware, or call start_board first", kind="no_board")
     return board.state() | {"problems": board.problems()}
 
 
@@ -31,7 +31,7 @@ def explain_number(
     The firmware runs on further boards, and the live board does not change. Raises InputError for an unknown number.
     """
     if firmware is None and board is None:
-        raise InputError("give firmware, or start a board first: start_board", kind="no_board")
+        raise InputError("give firmware, or call start_board first", kind="no_board")
     own = firmware is None or (board is not None and board.firmware == firmware)
     file = firmware or (board.firmware if board is not None else "")
     rubric = load_rubric(rubric_of(file))

@@ -15,7 +15,7 @@ from fcu_emulator.emulator.errors import InputError
 
 INDEX: Final = "llms.txt"
 _ROOT: Final = Path(__file__).parents[2]
-"""The folder of ``docs/``: the clone, or in a wheel the package."""
+"""The folder that contains ``docs/``: the clone or, in a wheel, the package."""
 _ENTRY: Final = re.compile(
     r"^- \[(?P<title>[^\]]+)\]\(docs/(?P<name>[\w-]+\.md)\): (?P<about>.+)$", re.MULTILINE
 )

@@ -1,6 +1,7 @@
-"""A live board: it is moved, runs for virtual time, and shows its terminal, registers, variables and transfers.
+"""A live board that is moved and run, and whose terminal, registers, variables and transfers are read.
 
-Its time passes only in the methods that say so, in slices, so that a call ends soon after its wall time is over.
+Its virtual time passes only in ``run``, ``expect`` and ``transfers``. These methods run the board in slices, so that a
+call ends soon after its wall time is over.
 All methods must be called by one thread.
 """
 
@@ -57,7 +58,7 @@ class LiveBoard:
         self._board.close()
 
     def state(self) -> dict[str, Any]:
-        """Return the firmware, the virtual time, the LEDs, the attitude, the state, and its cause after a failure."""
+        """Return the firmware, the virtual time, the LEDs, the attitude, the state and, after a failure, its cause."""
         board, truth = self._board, view.truth(self._board)
         state: dict[str, Any] = {
             "firmware": board.booted.name,
@@ -77,7 +78,7 @@ class LiveBoard:
         return state
 
     def act(self, entry: Mapping[str, Any]) -> dict[str, Any]:
-        """Begin one entry of a timeline now. Raises InputError."""
+        """Start the action of a timeline entry now. Raises InputError."""
         self._control.answer({"type": "do", "entry": dict(entry)})
         return self.state()
 
@@ -90,7 +91,7 @@ class LiveBoard:
         return self.state() | self._printed(begin) | ({} if reached else self._too_slow(patience))
 
     def expect(self, text: str, timeout_s: float, since: int | None, patience: Patience) -> dict[str, Any]:
-        """Run until the text is printed. ``found`` says whether it is printed within the virtual time."""
+        """Run until the text is printed. ``found``: whether it was printed within ``timeout_s``."""
         terminal = self._board.terminal
         begin = terminal.position if since is None else since
         end_s = self._board.now_s + timeout_s
@@ -145,11 +146,11 @@ class LiveBoard:
         result = self.state() | {"count": count, "transfers": transfers(board, found)}
         if count > len(found):
             result["cut"] = f"the first {len(found)} of {count} transfers"
-            result["rest"] = "call transfers with a smaller run_s for the next transfers"
+            result["rest"] = "the other transfers are not kept; call transfers with a smaller run_s"
         return result | ({} if reached else self._too_slow(patience))
 
     def _run(self, seconds: float, patience: Patience) -> bool:
-        """Return whether the board has reached the end, or has failed."""
+        """Run for this virtual time. Return False if the wall time is over first."""
         self._check_running(seconds)
         board = self._board
         end_s = board.now_s + seconds
@@ -165,7 +166,7 @@ class LiveBoard:
     def _check_running(self, seconds: float) -> None:
         if self._failure and seconds > 0:
             raise InputError(
-                "the firmware has failed, so its time is over; start the board again", kind="failed"
+                "the firmware has failed, so the board cannot run; call start_board again", kind="failed"
             )
 
     def _too_slow(self, patience: Patience) -> dict[str, Any]:
@@ -242,7 +243,7 @@ class LiveBoard:
         return {}
 
     def _line(self, begin: int, position: int) -> str:
-        """Return the line, printed after byte ``begin``, in which the text before ``position`` is."""
+        """Return the line that contains the byte before ``position``, without output before byte ``begin``."""
         data, end = self._board.terminal.since(begin)
         last = max(position - 1 - (end - len(data)), 0)
         first = data.rfind(b"\n", 0, last) + 1
@@ -287,7 +288,7 @@ def _first_page(data: bytes) -> tuple[str, int]:
 
 
 def _rows(data: bytes) -> Iterator[bytes]:
-    """Yield the lines with their ends; a long line in pieces."""
+    """Yield the lines with their line ends, and a long line in pieces."""
     begin = 0
     while begin < len(data):
         newline = data.find(b"\n", begin, begin + _LONGEST_ROW)

@@ -20,7 +20,7 @@ _OF_RUN: Final = (
     *("exit_code", "verdict", "error", "virtual_s", "timer", "chip", "bus_errors", "bytes_lost", "notes"),
     *("diagnoses", "expectations", "unchecked"),
 )
-"""Keys of the file of ``fcu run --json`` in the result of the tool."""
+"""Keys of ``fcu run --json`` that the result of the tool contains."""
 _VERDICTS: Final = {0: "passed", 1: "failed", 2: "usage error", 3: "firmware failed", 4: "not judged"}
 
 
@@ -115,14 +115,14 @@ def _run_arguments(wanted: Run, file: Path, patience: Patience) -> list[str]:
 
 
 def _summary(ended: Finished) -> dict[str, Any]:
-    """Return the exit code with its meaning. Raises NotJudgedError for the end of a killed process."""
+    """Return the exit code with its meaning. Raises NotJudgedError if the process was killed."""
     if ended.code not in _VERDICTS:
         raise NotJudgedError(f"the process of fcu has ended with the unexpected status {ended.code}")
     return {"exit_code": ended.code, "verdict": _VERDICTS[ended.code]}
 
 
 def _first(value: Any) -> Any:
-    """Return the first entries of a list, also of the lists in a table."""
+    """Return the first entries of a list, or of each list in a table."""
     if isinstance(value, dict):
         return {key: _first(one) for key, one in value.items()}
     return value[:_MOST_ENTRIES] if isinstance(value, list) else value

@@ -40,7 +40,7 @@ _WAITING_MESSAGES: Final = 16
 _TOO_LONG: Final = "a message that is too long"
 _INSTRUCTIONS: Final = (
     "Virtual STM32F401 sensor board STEVAL-FCU001V1 for firmware of the lab LAB3. Edit main.c of a project, then call "
-    "check: it builds the project, judges it exercise by exercise and explains failures. build compiles only; run plays "
+    "check: it builds the project, judges it exercise by exercise and explains failures. build only compiles; run plays "
     "a scenario. start_board, act, run_board, expect, registers, variables and transfers use a live board in virtual "
     "time; explain names the source line behind a wrong number. The text student.md (read_text) describes the lab."
 )
@@ -178,7 +178,7 @@ async def _call(
 ) -> _Result:
     """Call a function in a thread. If this task is cancelled, the function ends soon.
 
-    ``report`` is called with the passed wall time now and then, because clients give up without progress.
+    ``report`` is called with the passed wall time at intervals, because clients give up if no progress is reported.
     """
 
     def begin() -> _Result:

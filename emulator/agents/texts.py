@@ -1,7 +1,7 @@
 """Texts of bounded size: pages of long texts, and a store from which the rest is read.
 
-Decision: a long text is cut at its end and the rest stays readable by name, because the first error of a compiler
-and the first failed check are the important ones. The terminal of a live board is cut at its beginning.
+Decision: a long text is cut at its end, because the first error of a compiler and the first failed check are the
+important ones. The rest can be read by name. The terminal of a live board is cut at its beginning.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class TextStore:
     def shown(self, kind: str, text: str, lost_bytes: int = 0) -> dict[str, Any]:
         """Return the first page of a text; if the text is longer, keep it under a name that begins with ``kind``.
 
-        ``lost_bytes``: size of the end of the text, which the caller has not kept.
+        ``lost_bytes``: number of bytes at the end of the text that the caller has not kept.
         """
         whole, lost = text[:_LARGEST_KEPT], text[_LARGEST_KEPT:]
         lines = lines_of(whole)

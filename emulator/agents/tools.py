@@ -1,4 +1,4 @@
-"""The tools by name: arguments, effect, longest wall time, and implementation. This file does not know the protocol."""
+"""The tools by name: arguments, effect, longest wall time, and implementation. This file does not use the protocol."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def parse(name: str, given: Mapping[str, Any]) -> arguments.Arguments:
 
 
 def as_json(result: Mapping[str, Any], indent: int | None = None) -> str:
-    """Return a result as JSON with readable characters."""
+    """Return a result as JSON, without escapes for characters outside ASCII."""
     return json.dumps(result, ensure_ascii=False, indent=indent)
 
 

@@ -382,7 +382,7 @@ def _times(rows: Sequence[Block], right: Formula) -> Iterator[Formula]:
     if factor <= 0 or 1 / _PLAIN_FACTOR < factor < _PLAIN_FACTOR:
         return
     degc = (
-        ", as if the temperature were in degC, or 0.065 instead of 0.0065"
+        ", as if the temperature were in degC, or the constant 0.0065 were 0.065"
         if _OF_DEGC[0] < factor < _OF_DEGC[1]
         else ""
     )

@@ -91,7 +91,7 @@ class _Recording:
         self.left_ps = [at_ps + frame_ps for at_ps in self.sent_ps]
 
     def position(self, text: bytearray) -> int:
-        """Return the position in the recording after as many lines and further bytes as ``text`` has."""
+        """Return the position in the recording after the number of lines and further bytes that ``text`` has."""
         lines = text.count(_LF)
         if not lines:
             return len(text)

@@ -51,7 +51,7 @@ class Terminal:
     def since(self, position: int) -> tuple[bytes, int]:
         """Return the bytes after ``position``, and the position after these bytes.
 
-        A reader that has read more than a board in its past has printed receives nothing again.
+        If the board has returned to its past, a reader receives no byte for a second time.
         """
         received = self.uart.received()
         return bytes(received[self.uart.index_of(position) :]), max(position, self.uart.received_count())

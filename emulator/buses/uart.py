@@ -148,7 +148,7 @@ class Uart:
         self.dropped = 0
         self._skipped: list[
             tuple[int, int]
-        ] = []  # numbers without bytes: the first, and the one after the last
+        ] = []  # ranges of skipped byte numbers: the first, and the last plus one
         self._times: list[ArrivalTimes] = []
         self._typed: deque[_Typed] = deque()  # bytes on the way to the board
         self._rx_line_free_ps = 0
@@ -227,12 +227,12 @@ class Uart:
         return self._count()
 
     def index_of(self, number: int) -> int:
-        """Return the index in :meth:`received` of a byte's number, or of the next kept byte."""
+        """Return the index in :meth:`received` of the byte with this number, or of the next kept byte."""
         skipped = sum(min(max(number, begin), end) - begin for begin, end in self._skipped)
         return max(number - skipped - self.dropped, 0)
 
     def skip_numbers(self, until: int) -> None:
-        """Give the next byte at least the number ``until``, because readers have read a discarded future up to it."""
+        """Give the next byte the number ``until`` or a higher one, because readers have read a discarded run up to it."""
         count = self.received_count()
         if until > count:
             self._skipped.append((count, until))

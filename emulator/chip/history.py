@@ -20,7 +20,7 @@ from fcu_emulator.emulator.trace import Trace
 
 _SPACING_PS = 250 * PS_PER_MS
 _MOST = 56
-"""Snapshots in memory, each with about 1.2 MB: 64 MB."""
+"""Maximum number of snapshots in memory: about 64 MB, with 1.2 MB each."""
 
 
 class PrintingEnd(Protocol):
@@ -60,7 +60,7 @@ class Moment:
 class History:
     """Runs a board with firmware for the chip, and keeps its history, which begins now.
 
-    The distance between two snapshots is 250 ms of virtual time, and grows with their age.
+    A snapshot is taken every 250 ms of virtual time and after each input. Older snapshots are farther apart.
     """
 
     in_snapshots: ClassVar[bool] = False
@@ -75,12 +75,12 @@ class History:
         self._printed = 0  # number of bytes printed up to the present
         self._remark = ""
         self.inputs = 0
-        """Number of inputs that the history has had."""
+        """Number of inputs in the history so far."""
         self._keep(has_input=True)
 
     @property
     def is_past(self) -> bool:
-        """Whether the board is earlier than it has been before."""
+        """Whether the board's time is earlier than the end of its history."""
         return self._clock.now_ps < self._present_ps
 
     def take_remark(self) -> str:
@@ -145,7 +145,7 @@ class History:
             self._core.resume(is_stepping)
 
     def _arrive(self) -> None:
-        """In the present, tell observers again what happens, and take a snapshot if it is time for one."""
+        """At the end of the history, send events to observers again, and take a snapshot if one is due."""
         if self.is_past:
             return
         if self._board.trace.replaying:
@@ -193,12 +193,12 @@ class History:
             self._forget_one()
 
     def _forget_one(self) -> None:
-        """Forget the snapshot with the least distance in relation to its age, or the oldest after many inputs."""
+        """Forget the snapshot whose neighbours are closest for its age, or the oldest one after many inputs."""
         times = [one.at_ps for one in self._moments]
         candidates = [n for n in range(1, len(times) - 1) if not self._moments[n].has_input]
         del self._moments[min(candidates, key=lambda n: _distance(times, n), default=0)]
 
 
 def _distance(times: Sequence[int], index: int) -> float:
-    """Return the distance of the neighbours in relation to the age."""
+    """Return the distance of a snapshot's neighbours, divided by its age."""
     return (times[index + 1] - times[index - 1]) / (times[-1] - times[index])

@@ -3,11 +3,11 @@
 Wake-up times and currents are typical values of the STM32F401xB/C datasheet at 25 degC (low-power mode
 wake-up timings; features; supply current). The currents of Stop with the main regulator are rounded.
 
-In Stop, EXTI, RTC and IWDG continue. Peripherals in C and WWDG stop. DBG_STOP keeps HCLK on, from HSI
+In Stop, EXTI, RTC and IWDG continue; all other peripherals stop. DBG_STOP keeps HCLK on, from HSI
 (23.16.1); then every interrupt ends the sleep. In Standby only RTC, IWDG, the WKUP pin and CSR of PWR
-are left; the end of Standby is a power reset (6.1.2). DBG_STANDBY keeps the RAM.
+remain; the end of Standby is a power reset (6.1.2). DBG_STANDBY keeps the RAM.
 
-NOT MODELLED: a transfer, conversion or erase operation that is in progress when Stop begins continues.
+NOT MODELLED: if a transfer, conversion or erase operation is in progress when Stop begins, it continues.
 A debugger can always halt the chip, which needs DBG_STOP or DBG_STANDBY on the real chip.
 """
 

@@ -24,10 +24,10 @@ def serve_agent() -> ExitCode:
     from importlib.metadata import version
 
     if sys.stdin is None:
-        raise InputError("fcu mcp needs standard input, which a client of an agent writes to")
+        raise InputError("fcu mcp needs standard input, on which the agent's client sends requests")
     server = AgentServer(version("fcu-emulator"))
     if sys.stdin.isatty():
-        say("an agent's client starts this command, see docs/agents.md; Ctrl-C ends it")
+        say("the agent's client starts this command (see docs/agents.md); Ctrl-C ends it")
     with interruptible(server) as ended:
         server.serve()
     return ExitCode.INTERRUPTED if ended else ExitCode.PASSED

@@ -1,7 +1,8 @@
 """Annotations of GitHub Actions: failed checks and diagnoses at their source lines.
 
-Decision: while the result is printed, the runner ignores commands until a random word. The result quotes text of the
-firmware, and the runner executes each line that begins with two colons ("Workflow commands for GitHub Actions").
+Decision: the result is printed between two lines with a random word, and the runner ignores commands between these lines.
+The result quotes text of the firmware, and the runner executes each line that begins with two colons ("Workflow
+commands for GitHub Actions").
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from fcu_emulator.emulator.grading.verdict import CheckResult, Verdict
 from fcu_emulator.emulator.text import visible
 
 MOST: Final = 10
-"""GitHub shows ten annotations of each level for a step."""
+"""Maximum number of annotations; GitHub shows ten of each level for a step."""
 _PLACE: Final = re.compile(r"([\w.+/\\-]+\.\w{1,4}):(\d{1,7})\b")
 _LONGEST: Final = 400
 _WRONG: Final = ("failed", "partial")

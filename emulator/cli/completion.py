@@ -1,7 +1,7 @@
 """Completion of names in a shell: shipped firmware, scenarios and rubrics, wirings, sensors, peripherals, and files.
 
-Decision: files with the right ending are offered beside the names, and all other files only if nothing else begins with
-the typed text. A shell's own completion of files would replace the names in bash.
+Decision: files with the right ending are offered together with the names, and other files only if nothing else begins
+with the typed text. In bash, the shell's own completion of files would replace the names.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _MOST_FILES: Final = 100
 def _complete(
     names: Names, suffixes: tuple[str, ...], context: Context, parameter: Parameter, typed: str
 ) -> list[CompletionItem]:
-    from click.shell_completion import CompletionItem  # takes 10 ms
+    from click.shell_completion import CompletionItem  # the import takes 10 ms
 
     del context, parameter
     found = [

@@ -328,10 +328,12 @@ class WebOptions:
         "--base-path",
         default="/",
         metavar="PATH",
-        help="Path of the page below a proxy, such as /user/ada/fcu/. Default: /.",
+        help="Path prefix of the page behind a proxy, such as /user/ada/fcu/. Default: /.",
     )
     behind: str | None = option(
-        "--behind", metavar="ORIGIN", help="Origin of the proxy before the page, such as https://hub.example."
+        "--behind",
+        metavar="ORIGIN",
+        help="Origin of the proxy in front of the page, such as https://hub.example.",
     )
     no_browser: bool = option(
         "--no-browser", is_flag=True, help="Print the page's address without opening it."

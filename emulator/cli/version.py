@@ -1,4 +1,4 @@
-"""``fcu --version``: version, commit, C library and Python, as a report of a problem needs them."""
+"""``fcu --version``: version, commit, C library and Python, for bug reports."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ _PATIENCE_S: Final = 10.0
 
 
 def commit(folder: Path) -> str:
-    """Return the commit of the repository at ``folder``, with a mark if sources of the build have changed since.
+    """Return the commit of the repository at ``folder``, with a mark if sources of a wheel have changed since.
 
     Return "" if it is unknown, also if ``folder`` is not the top of a repository: an installed package may be inside
     a clone.

@@ -1,12 +1,12 @@
 """The live board as a tile of JupyterLab, started by jupyter-server-proxy (extra ``jupyter``).
 
-Decision: the token is drawn when the Jupyter server starts. The board gets it in its environment and the browser in
-the fragment of the tile's address, so that it is in no request line, in no log and on no command line. A token that
-``fcu web`` draws itself would have to be read from its output.
+Decision: the random token is generated when the Jupyter server starts. The board gets it in its environment, and the
+browser in the fragment of the tile's address, so that it is in no request line, in no log and on no command line. If
+``fcu web`` generated the token, it would have to be read from the output.
 
-Decision: if the hub tells its public address, ``fcu web`` compares Host and Origin with it. Otherwise Jupyter alone
-compares the two, and jupyter-server-proxy replaces them by the loopback address, so that a direct call of the port
-with a foreign host is still refused.
+Decision: if the hub's public address is known, ``fcu web`` compares Host and Origin with it. Otherwise only Jupyter
+checks that Host and Origin match, and jupyter-server-proxy replaces both by the loopback address. So a direct call of
+the port with another host is still refused.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _START_S = 60  # a board starts in 2 s, and in a minute if a whole class starts 
 
 
 def live_board() -> dict[str, Any]:
-    """Return the server process for jupyter-server-proxy ("Server Process options").
+    """Return the options of the server process for jupyter-server-proxy ("Server Process options").
 
     Raises InputError if FCU_WEB_BEHIND is not an origin.
     """
@@ -54,7 +54,7 @@ def live_board() -> dict[str, Any]:
 
 
 def hub_origin() -> str | None:
-    """Return the origin of the hub, if the operator or JupyterHub (from 5.0) tells it.
+    """Return the origin of the hub, if the operator or JupyterHub (from 5.0) has set it.
 
     Raises InputError if FCU_WEB_BEHIND is not an origin.
     """

@@ -82,9 +82,9 @@ def checked_behind(text: str) -> str:
 
 
 def given_token() -> str | None:
-    """Take the token of the page out of the environment, so that compilers and browsers do not inherit it.
+    """Remove the token from the environment and return it, so that compilers and browsers do not inherit it.
 
-    Raises InputError for a token that is too short or has other signs than letters, digits, "-" and "_".
+    Raises InputError for a token with a wrong length, or with characters other than letters, digits, "-" and "_".
     """
     token = os.environ.pop(TOKEN_VARIABLE, None)
     if token is not None and not _TOKEN.fullmatch(token):

@@ -56,7 +56,7 @@ class Requests:
     def _answer_path(self, path: str, headers: Headers, has_room: bool) -> Answer | None:
         base = self._place.base_path
         if path and f"{path}/" == base:
-            return self._refuse(HTTPStatus.PERMANENT_REDIRECT, f"the page is {base}", ("Location", base))
+            return self._refuse(HTTPStatus.PERMANENT_REDIRECT, f"the page is at {base}", ("Location", base))
         name = path[len(base) :] if path.startswith(base) else None
         if name == SOCKET:
             return self._reason_against(headers, has_room)

@@ -226,7 +226,7 @@ class LiveSession:
         return self._origin_wall_s + (virtual_s - self._origin_s) / self.speed
 
     def _advance(self) -> None:
-        """Run the board up to the wall clock. If the machine is too slow, the board does not catch up."""
+        """Run the board up to the present wall time. If the machine is too slow, the board does not catch up."""
         if self.state != "running":
             if self._debugger is not None:
                 self._guard(partial(self._run_debugged, self._debugger, self.board.clock.now_ps))

@@ -385,7 +385,7 @@ class ExpectField(_Number):
         """Describe the printed number with the largest error, and its reference."""
         what = "the true value is" if self.truth else "expected"
         worst = f"{self.title} is {printed:.6g}, {what} {self._wanted(printed, error):.6g}"
-        return f"the worst at {seconds(line.at_ps)} by {abs(error):.6g}: {worst}"
+        return f"the largest error is {abs(error):.6g} at {seconds(line.at_ps)}: {worst}"
 
     def _reference(self, printed: float, error: float) -> str:
         if not self.truth or not math.isfinite(error):

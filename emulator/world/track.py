@@ -238,7 +238,7 @@ class Agitation(Spans[float]):
         return not self.between(from_s, to_s)
 
     def faster(self, from_s: float, to_s: float, pace_s: float) -> list[tuple[float, float]]:
-        """Return begin and end of those motions between these times whose pace is faster than ``pace_s``."""
+        """Return begin and end of the motions between these times with a pace below ``pace_s`` (faster motions)."""
         return [(span.start_s, span.end_s) for span in self.between(from_s, to_s) if span.event < pace_s]
 
 

@@ -166,7 +166,7 @@ def test_dma_reads_each_result_of_scan(chip: NativeChip, adc: Adc) -> None:
     assert len(results.stored) == 3
 
 
-def test_requests_stop_after_final_transfer_without_dds(chip: NativeChip, adc: Adc) -> None:
+def test_dma_requests_end_at_final_transfer_without_dds(chip: NativeChip, adc: Adc) -> None:
     """RM0368 11.12.3, DDS. Writing 0 and then 1 to DMA makes requests possible again (11.8.1)."""
     results = DmaResults(chip, 1)
     adc.write(CR2, ADON | DMA | SWSTART)
@@ -262,8 +262,8 @@ def test_continuous_conversion_returns_voltage_at_time_of_read(chip: NativeChip,
     assert adc.read(SR) & EOC
 
 
-def test_setting_of_interrupt_ends_pause_of_continuous_conversion(chip: NativeChip, adc: Adc) -> None:
-    """From then on, each end of conversion raises its interrupt at its time."""
+def test_enabling_interrupt_ends_pause_of_continuous_conversion(chip: NativeChip, adc: Adc) -> None:
+    """When EOCIE is set, each end of conversion raises the interrupt at its exact time."""
     adc.write(CR2, ADON | CONT | SWSTART)
     chip.run_to(PS_PER_MS)
     adc.write(CR1, EOCIE)
@@ -273,7 +273,7 @@ def test_setting_of_interrupt_ends_pause_of_continuous_conversion(chip: NativeCh
     assert [number for _, number in chip.irq.rises] == [ADC_IRQ] * 4
 
 
-def test_cleared_cont_keeps_latest_result(chip: NativeChip, adc: Adc) -> None:
+def test_clearing_cont_keeps_latest_result(chip: NativeChip, adc: Adc) -> None:
     """RM0368 11.3.5: without CONT no further conversion starts."""
     voltages = [1.0]
     connect_sequence(adc, voltages)
@@ -311,7 +311,7 @@ def test_internal_channel_cannot_be_connected(adc: Adc, channel: int) -> None:
         adc.inputs.connect(channel, 1.0)
 
 
-def test_error_in_voltage_reaches_caller(chip: NativeChip, adc: Adc) -> None:
+def test_error_in_voltage_function_reaches_caller(chip: NativeChip, adc: Adc) -> None:
     def fail() -> float:
         raise RuntimeError("no voltage")
 

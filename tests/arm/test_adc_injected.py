@@ -179,7 +179,7 @@ def test_regular_start_does_not_restart_interrupted_group(chip: NativeChip, adc:
 
 
 def test_injected_group_delays_continuous_conversion(chip: NativeChip, adc: Adc) -> None:
-    """A result of continuous conversions that is read meanwhile is followed by another one after the group."""
+    """If firmware reads a result of continuous conversion during the injected group, the next result follows later."""
     regular_sequence(adc, [1])
     injected_sequence(adc, [7])
     adc.write(CR2, ADON | CONT | SWSTART)

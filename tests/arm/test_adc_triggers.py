@@ -193,7 +193,7 @@ def test_trigger_during_conversion_is_ignored(bench: Bench) -> None:
 def test_output_mode_determines_edges(
     bench: Bench, mode: int, compare: int, rises: list[float], falls: list[float]
 ) -> None:
-    """RM0368 12.3.8, 12.3.9, 12.4.7. The channel has its mode before the ADC listens."""
+    """RM0368 12.3.8, 12.3.9, 12.4.7. The channel's mode is set before the ADC listens."""
     for edges, starts in ((RISING, rises), (FALLING, falls)):
         one = Bench()
         one.timer(3)
@@ -226,7 +226,7 @@ def test_inverted_output_exchanges_edges(bench: Bench) -> None:
 
 
 @pytest.mark.parametrize(("number", "enable", "moe"), [(3, 0, 1), (1, 1, 0), (1, 0, 1)])
-def test_disabled_output_is_no_trigger(bench: Bench, number: int, enable: int, moe: int) -> None:
+def test_disabled_output_does_not_trigger(bench: Bench, number: int, enable: int, moe: int) -> None:
     """The signal to the ADC is that of the pin (efton.sk/STM32/gotcha/g89.html): CCxE, and MOE of TIM1."""
     bench.timer(number)
     bench.tim.write(T_BDTR, MOE * moe)
@@ -323,7 +323,7 @@ def trigger_output(bench: Bench, mode: int, *, number: int = 3, edges: int = RIS
         bench.trigger(TIM3_TRGO, edges)
 
 
-def test_reset_mode_sends_ug(bench: Bench) -> None:
+def test_trigger_output_in_reset_mode_sends_ug(bench: Bench) -> None:
     """RM0368 12.4.2, MMS = 0."""
     trigger_output(bench, RESET)
     bench.start(130)
@@ -332,14 +332,14 @@ def test_reset_mode_sends_ug(bench: Bench) -> None:
 
 
 @pytest.mark.parametrize(("edges", "starts"), [(RISING, [0]), (FALLING, [100])])
-def test_enable_mode_sends_cen(bench: Bench, edges: int, starts: list[float]) -> None:
+def test_trigger_output_in_enable_mode_sends_cen(bench: Bench, edges: int, starts: list[float]) -> None:
     """RM0368 12.4.2, MMS = 1. In one-pulse mode, CEN falls at the update."""
     trigger_output(bench, ENABLE, edges=edges, cr1=OPM)
     assert bench.start(250) == starts
 
 
-def test_update_mode_sends_updates(bench: Bench) -> None:
-    """RM0368 12.4.2, MMS = 2. UIF stays set, and does not matter."""
+def test_trigger_output_in_update_mode_sends_updates(bench: Bench) -> None:
+    """RM0368 12.4.2, MMS = 2. UIF stays set, which has no effect."""
     trigger_output(bench, UPDATE)
     bench.start(250)
     bench.tim.write(T_EGR, UG)
@@ -416,14 +416,14 @@ def test_timer_without_listener_causes_no_events(bench: Bench) -> None:
     assert bench.chip.next_ps == NEVER_PS
 
 
-def test_reset_timer_sends_no_more_triggers(bench: Bench) -> None:
+def test_timer_after_reset_sends_no_triggers(bench: Bench) -> None:
     trigger_output(bench, UPDATE)
     bench.start(150)
     bench.tim.reset()
     assert bench.run(250) == [100]
 
 
-def test_reset_timer_toggles_from_low_level(bench: Bench) -> None:
+def test_timer_after_reset_toggles_from_low_level(bench: Bench) -> None:
     bench.timer(3)
     bench.channel(1, TOGGLE, 40)
     bench.start(50)
@@ -435,7 +435,7 @@ def test_reset_timer_toggles_from_low_level(bench: Bench) -> None:
 
 
 def test_dma_stores_samples_at_rate_of_timer(bench: Bench) -> None:
-    """A timer with 44.1 kHz starts each conversion at its exact time: 1904 + 16/21 ticks are not possible, 1905 are."""
+    """A timer starts a conversion every 1905 ticks, about 44.1 kHz, because 1904 + 16/21 ticks are not possible."""
     bench.timer(2)
     bench.tim.write(T_PSC, 0)
     bench.tim.write(T_ARR, 1904)
@@ -510,7 +510,7 @@ def test_masked_or_other_event_starts_nothing(bench: Bench, mask: int, line: int
     changes=st.lists(st.tuples(st.integers(1, 30), st.integers(0, 10)), max_size=4),
     preload=st.booleans(),
 )
-def test_edges_follow_from_read_counter(
+def test_edges_agree_with_polled_counter(
     cr1: int, mode: int, arr: int, changes: list[tuple[int, int]], preload: bool
 ) -> None:
     """RM0368 12.3.9: the level is a function of CNT, DIR and the active CCR. Another timer is read at each count."""

@@ -238,7 +238,7 @@ def test_even_address_leaves_thumb_state() -> None:
 
 
 @pytest.mark.parametrize("step", range(1, 14))
-def test_even_address_faults_in_split_run(step: int) -> None:
+def test_branch_to_even_address_faults_in_split_run(step: int) -> None:
     core = CoreBench(f"reset: mov32 r1, {CODE}\n blx r1\n b .\n{HANDLERS}")
     for until in range(step, 60, step):
         core.run_us(until)

@@ -125,7 +125,7 @@ def test_switched_threads_are_not_stuck(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["thread_on_spi", "spi_while_blinking"])
-def test_quiet_spi_is_given_three_seconds(name: str) -> None:
+def test_inactive_spi_is_reported_after_three_seconds(name: str) -> None:
     """A handler may still ask for a byte, or for a switch to another thread."""
     board = Board(firmware=FOLDER / f"{name}.elf")
     board.run_for(2.9)
@@ -138,7 +138,7 @@ def test_quiet_spi_is_given_three_seconds(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["spi_direction", "spi_while_blinking", "thread_masked", "thread_on_spi"])
-def test_stuck_program_is_stuck_in_handlers_too(name: str) -> None:
+def test_stuck_program_is_reported_inside_handlers_too(name: str) -> None:
     """A verdict must not depend on the end of a run: the last handler is finished in a copy."""
     board = Board(firmware=FOLDER / f"{name}.elf")
     board.run_for(RUN_S[name])

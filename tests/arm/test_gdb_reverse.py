@@ -192,8 +192,8 @@ def test_interrupted_search_leaves_board_in_past() -> None:
 # -- inputs and observers -----------------------------------------------------------------------------------
 
 
-def test_repeated_past_contains_all_inputs() -> None:
-    """The world, typed bytes, a pin and a variable change; the board then repeats the whole run."""
+def test_repeated_run_contains_all_inputs() -> None:
+    """The run has inputs of the world, typed bytes, a pin and a variable; then the board repeats the whole run."""
     with debugged(Board("solution", ideal=True)) as one:
         board = one.board
         one.run_until(1.2)
@@ -215,7 +215,7 @@ def test_repeated_past_contains_all_inputs() -> None:
         assert one.target.take_remark() == ""
 
 
-def test_observers_receive_repeated_past_once(tmp_path: Path) -> None:
+def test_observers_receive_repeated_events_once(tmp_path: Path) -> None:
     def outcome(back: bool) -> tuple[list[TraceEvent], str, bytes]:
         board = Board("solution", scenario="tilt_sweep", ideal=True)
         events: list[TraceEvent] = []
@@ -247,7 +247,7 @@ def test_observers_receive_repeated_past_once(tmp_path: Path) -> None:
 
 
 def test_events_before_halt_are_received_once() -> None:
-    """The chip may fire the end of a bus transfer later, with the next event. The core halts in between."""
+    """The end of a bus transfer may be executed later, with the next event. The core halts before this event."""
 
     def outcome(back: bool) -> list[TraceEvent]:
         events: list[TraceEvent] = []
@@ -319,7 +319,7 @@ def test_reverse_step_after_change_in_past_is_exact() -> None:
 # -- memory -------------------------------------------------------------------------------------------------
 
 
-def test_history_of_long_run_has_bounded_number_of_snapshots() -> None:
+def test_long_run_has_bounded_number_of_snapshots() -> None:
     """The distance of two snapshots is at most a third of their age, or 250 ms."""
     with debugged(Board("template-arm", ideal=True)) as one:
         history = one.target._history
@@ -347,7 +347,7 @@ def test_many_inputs_shorten_history() -> None:
 
 
 def test_watchpoint_beside_polled_variable_costs_little_work() -> None:
-    """The main loop polls a variable directly before the watched one, and a limit bounds the work of firmware."""
+    """The main loop polls the variable directly before the watched one, but the work of firmware is limited."""
     with debugged(Board("solution", ideal=True)) as one:
         one.run_until(1.1)
         before = one.board.chip.core.work if one.board.chip is not None else 0

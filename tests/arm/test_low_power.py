@@ -51,7 +51,7 @@ def drive(bench: PowerBoard, level: int) -> None:
 
 
 def test_stop_ends_with_wake_up_timer(tmp_path: Path) -> None:
-    """The timer gives 5 ms after its start; SysTick's 1 ms does not wake the core."""
+    """The wake-up timer expires 5 ms after its start; SysTick, which has 1 ms, does not wake the core."""
     bench = PowerBoard(
         START + LSI_RTC + SYSTICK_1_KHZ + wake_up_after(10) + LED_ON + sleep() + LED_OFF, tmp_path
     )
@@ -109,7 +109,7 @@ def test_registers_and_ram_survive_stop(tmp_path: Path) -> None:
 
 
 def test_event_line_wakes_wfe_repeatedly(tmp_path: Path) -> None:
-    """A line that is in EMR only sets no pending bit, so Stop can be entered again (10.2.3)."""
+    """If a line is in EMR but not in IMR, it sets no pending bit, so Stop can be entered again (10.2.3)."""
     source = START + PIN_EVENT + LED_ON + sleep("wfe") + LED_OFF + sleep("wfe") + LED_ON + "b end"
     bench = PowerBoard(source, tmp_path)
     for level in (1, 0, 1):

@@ -47,6 +47,6 @@ def test_duty_of_tim4_sets_throttle_of_motors(tmp_path: Path) -> None:
     board.run_until(0.3)
     assert board.motor_duties() == pytest.approx((0.5, 0.25, 0.0, 1.0))
     assert board.world.throttle == board.motor_duties()
-    core.poke(TIM4, b"\0\0\0\0")  # the timer stands
+    core.poke(TIM4, b"\0\0\0\0")  # the timer is stopped
     board.run_until(0.4)
     assert board.world.throttle == (0, 0, 0, 0)

@@ -229,7 +229,7 @@ def test_shift_moves_clock_by_subseconds() -> None:
 
 @pytest.mark.parametrize(("calr", "ppm"), [(0x1FF, -487.1), (1 << 15, 488.5), (1 << 15 | 0x1FF, 0.954)])
 def test_smooth_calibration_changes_the_rate(calr: int, ppm: float) -> None:
-    """17.3.11: from -487.1 to +488.5 ppm, in steps of 0.954 ppm."""
+    """17.3.11: the correction is from -487.1 to +488.5 ppm, in steps of 0.954 ppm."""
     bench = Bench()
     bench.write((CALR, calr), (ALRMAR, EVERY_SECOND), (CR, ALRAE | ALRAIE))
     (*_, last_ps) = bench.rises_in(1000 * PS_PER_S + PS_PER_S // 2, ALRAF)

@@ -74,7 +74,7 @@ def test_tamper_edge_erases_backup_registers() -> None:
     assert not bench.rtc.read(ISR) & TAMP1F
 
 
-def test_tamper_input_counts_when_already_active() -> None:
+def test_already_active_tamper_input_is_detected() -> None:
     """17.3.12: the edge is also detected if it came before TAMP1E was set."""
     bench = Bench()
     bench.write((BKP0R, 1), (TAFCR, TAMP1TRG))
@@ -95,7 +95,7 @@ def test_tamper_can_store_the_time() -> None:
 
 @pytest.mark.parametrize(("filter_", "samples"), [(1, 2), (2, 4), (3, 8)])
 def test_tamper_level_needs_consecutive_samples(filter_: int, samples: int) -> None:
-    """TAMPFREQ = 7 samples at RTCCLK / 256, 125 Hz with LSI: every 8 ms."""
+    """With TAMPFREQ = 7, the pin is sampled at RTCCLK / 256, which is 125 Hz with LSI: every 8 ms."""
     bench = Bench()
     drive(bench, 1)
     bench.write((TAFCR, TAMPPUDIS | filter_ << 11 | 7 << 8 | TAMP1E))
@@ -116,7 +116,7 @@ def test_floating_tamper_pin_is_pulled_up() -> None:
     assert not bench.rtc.read(ISR) & TAMP1F
 
 
-def test_second_alternate_pin_is_noted() -> None:
+def test_second_alternate_pin_causes_note() -> None:
     bench = Bench()
     bench.write((TAFCR, 1 << 16 | 1 << 17))
     assert [what for what, _ in bench.chip.notes()] == ["not modelled"]

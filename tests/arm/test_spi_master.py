@@ -104,12 +104,12 @@ def receive_two(bench: CommBench, wait_ps: int) -> int:
     return len(received)
 
 
-def test_last_byte_follows_spe_cleared_late() -> None:
+def test_last_byte_arrives_if_spe_is_cleared_late() -> None:
     """20.3.8: wait for the next to last RXNE, then one SPI clock cycle, clear SPE, wait for the last RXNE."""
     assert receive_two(CommBench(), BYTE_PS // 8) == 2
 
 
-def test_spe_cleared_at_once_ends_reception() -> None:
+def test_reception_ends_if_spe_is_cleared_immediately() -> None:
     assert receive_two(CommBench(), 0) == 1
 
 

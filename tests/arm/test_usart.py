@@ -231,7 +231,7 @@ def test_baud_rate_follows_peripheral_clock() -> None:
     assert frame_ps(bench) == 10 * 729 * PS_PER_S // 16_000_000
 
 
-def test_clock_change_is_noted_with_next_byte() -> None:
+def test_clock_change_is_reported_at_next_byte() -> None:
     """Firmware runs from HSI for a moment after Stop, and selects the PLL before it prints."""
     bench = started()
     for pclk2_hz in (0, 16_000_000, 84_000_000):

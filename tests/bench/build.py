@@ -22,7 +22,7 @@ def describe() -> dict[str, str]:
 def _commit() -> str:
     try:
         from fcu_emulator.emulator.host.commit import commit
-    except ImportError:  # a build from before there was the module
+    except ImportError:  # a build that is older than the module
         return "unknown"
     return commit(Path(emulator.__file__).parents[1]) or "unknown"
 

@@ -85,7 +85,7 @@ def test_data_come_at_rate_set_by_driver(bench: Bench, name: str) -> None:
     assert abs(count - 2 * RATES_HZ[name]) <= 2
 
 
-def test_error_names_sensor_that_does_not_answer(bench: Bench) -> None:
+def test_error_identifies_sensor_that_does_not_answer(bench: Bench) -> None:
     bench.board.i2c2.inject(I2CFault("absent", address=0x1E))
     with pytest.raises(ValueError, match="No I2C device at address: 0x1e"):
         adafruit_lis2mdl.LIS2MDL(BusioI2C(bench.board.i2c2))

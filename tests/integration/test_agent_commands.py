@@ -1,4 +1,4 @@
-"""Commands that ``fcu mcp`` starts: bounded in time and output, and ended with their own processes."""
+"""Commands that ``fcu mcp`` starts: time and output are limited, and child processes end with their command."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def test_long_output_is_cut_and_counted(monkeypatch: pytest.MonkeyPatch) -> None
     assert done.lost == 3_000_000 - (1 << 20)
 
 
-def test_patience_begins_again_after_waiting() -> None:
+def test_time_limit_restarts_after_waiting() -> None:
     patience = Patience(-1)
     assert patience.over
     patience.wall_s = 1000

@@ -139,7 +139,7 @@ def test_server_opens_no_port(tmp_path: Path) -> None:
     ],
     ids=["empty", "text", "deep", "bytes", "no method", "long"],
 )
-def test_line_that_is_no_message_is_survived(line: bytes, tmp_path: Path) -> None:
+def test_server_survives_line_that_is_not_message(line: bytes, tmp_path: Path) -> None:
     with server(tmp_path) as client:
         client.write(line)
 
@@ -277,7 +277,7 @@ def test_list_of_guides_has_specified_form() -> None:
 @pytest.mark.parametrize(
     "name", ["../pyproject.toml", "conf.py", "", "/etc/passwd", "STUDENT.md", "student.md/../conf.py"]
 )
-def test_other_files_are_not_guides(name: str) -> None:
+def test_only_listed_files_are_guides(name: str) -> None:
     with pytest.raises(InputError, match=r"llms\.txt lists the guides"):
         guide_text(name)
 
@@ -307,7 +307,7 @@ JSON = re.findall(r"^ *```json\n(.*?)```$", PAGE, re.DOTALL | re.MULTILINE)
 TOML = re.findall(r"^ *```text\n(.*?)```$", PAGE, re.DOTALL | re.MULTILINE)
 
 
-def test_configurations_on_page_start_server() -> None:
+def test_client_configurations_on_page_start_server() -> None:
     """The keys are those of each client's documentation."""
     first, second = map(json.loads, JSON)
     (third,) = map(tomllib.loads, TOML)

@@ -165,7 +165,7 @@ def test_crashing_firmware_is_diagnosed(agent: AgentClient) -> None:
 # -- A live board -------------------------------------------------------------------------------------------
 
 
-def test_board_is_moved_and_expected_on(agent: AgentClient) -> None:
+def test_expected_output_follows_motion_of_board(agent: AgentClient) -> None:
     started = agent.call("start_board", firmware="solution", ideal=True)
     assert (started["now_s"], started["state"], started["leds"]["LED1"]) == (0, "ready", False)
     printed = agent.call("run_board", seconds=1.5)
@@ -195,7 +195,7 @@ def test_board_equals_python_api(agent: AgentClient) -> None:
     assert agent.call("variables", names=["pitch"])["values"]["pitch"] == pitch
 
 
-def test_missing_text_ends_at_virtual_time(agent: AgentClient) -> None:
+def test_search_for_missing_text_ends_in_time(agent: AgentClient) -> None:
     agent.call("start_board", firmware="template-arm")
     missing = agent.call("expect", text="Altitude", timeout_s=2.5)
 
@@ -323,7 +323,7 @@ def assert_is_page(text: str) -> None:
 
 
 def whole(agent: AgentClient, first: dict[str, Any]) -> str:
-    """Return a text with its rest, read as the results say."""
+    """Return a whole text: read its rest with the calls that the results name."""
     pages = [first]
     while "rest" in pages[-1]:
         name, line = re.fullmatch(r'read_text\(name="(.+)", first_line=(\d+)\)', pages[-1]["rest"]).groups()  # type: ignore[union-attr]

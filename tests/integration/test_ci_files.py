@@ -26,7 +26,7 @@ def test_file_fits_schema_of_platform(schema: str, file: str) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_inputs_of_action_are_no_shell_text() -> None:
+def test_inputs_of_action_are_not_shell_code() -> None:
     steps = yaml.safe_load((ROOT / "action.yml").read_text(encoding="utf-8"))["runs"]["steps"]
     assert steps
     assert not [step["run"] for step in steps if "${{" in step.get("run", "")]

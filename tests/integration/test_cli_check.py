@@ -101,7 +101,7 @@ def test_template_gets_next_steps(tmp_path: Path, words: Words) -> None:
     words("check", done.stdout.partition("Exercise 2")[2])
 
 
-def test_next_step_names_function_to_write() -> None:
+def test_next_step_shows_function_to_write() -> None:
     done = fcu("check", "template-arm", "--exercise", "3")
 
     assert "\nNext\n  Write eCompass() " in done.stdout

@@ -40,7 +40,7 @@ def test_version_of_clone_names_its_build() -> None:
     assert python == f"Python {platform.python_version()}, {platform.system()} {platform.machine()}"
 
 
-def test_version_of_copy_without_library(tmp_path: Path) -> None:
+def test_version_shows_missing_commit_and_library(tmp_path: Path) -> None:
     _, commit, library, _ = version(copied_clone(tmp_path / "clone"))
 
     assert (commit, library) == ("commit unknown", "C library missing")

@@ -174,7 +174,7 @@ def test_entry_cut_by_run_end_is_not_difference() -> None:
     assert compare(begun, run("a\n", "Roll: 1\n", end_ps=end_ps))
 
 
-def test_line_cut_inside_number_is_compared_up_to_cut() -> None:
+def test_truncated_line_is_compared_up_to_its_end() -> None:
     end_ps = 2 * PS_PER_S
     begun = Observation(end_ps, {TERMINAL: [ObservedItem(PS_PER_S, "Pre: 977.4", cut=True)]})
     other = run("Pre: 978.120000 hPa \n", end_ps=end_ps)

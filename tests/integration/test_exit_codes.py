@@ -217,7 +217,7 @@ def test_names_of_files_are_printed_safely(words: Words) -> None:
 
 
 @pytest.mark.parametrize("command", ["build", "check", "run"])
-def test_too_long_name_is_usage_error(command: str) -> None:
+def test_too_long_file_name_is_usage_error(command: str) -> None:
     done = fcu(command, "x" * 4000)
 
     assert (done.returncode, len(done.stderr.splitlines())) == (USAGE_ERROR, 1)

@@ -103,7 +103,7 @@ def test_base_path_must_be_normal(bad: str) -> None:
         ("http://[2001:db8::1]", "http://[2001:db8::1]"),
     ],
 )
-def test_behind_is_origin_as_browsers_send_it(text: str, origin: str) -> None:
+def test_behind_option_becomes_origin_in_browser_form(text: str, origin: str) -> None:
     assert checked_behind(text) == origin
 
 
@@ -114,7 +114,7 @@ def test_behind_is_origin_as_browsers_send_it(text: str, origin: str) -> None:
      "https://hub.example:x", "https://hub.example:99999", "https://hub.example\n", "https://a b", "https://h,b",
      "https://[::1", "https://é.example", "https://" + "a" * 1000],
 )  # fmt: skip
-def test_behind_must_be_one_origin(bad: str) -> None:
+def test_behind_option_must_be_one_origin(bad: str) -> None:
     with pytest.raises(InputError, match="--behind ") as refused:
         checked_behind(bad)
     assert refused.value.kind == "behind"
@@ -163,7 +163,7 @@ def test_prefix_without_slash_is_redirected(behind: PageServer) -> None:
      "/user/ada/fcu//session", "/user/ada/fcu/x/session", "/user/ada/fcu/session/", "/user/ada%2Ffcu/session",
      "/USER/ada/fcu/session", "/hub/user/ada/fcu/session", "/user/ada/fcu/%73ession", "http://hub.example/user/ada/fcu/session"],
 )  # fmt: skip
-def test_confused_prefix_opens_no_socket(behind: PageServer, path: str) -> None:
+def test_prefix_in_other_spelling_opens_no_socket(behind: PageServer, path: str) -> None:
     assert refusal(behind, f"{BASE}session") == 0
     answer = get(
         behind,
@@ -216,7 +216,7 @@ def test_given_token_is_not_stored(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 
 @pytest.mark.parametrize("given", [None, TOKEN])
-def test_command_prints_token_only_if_own(given: str | None, tmp_path: Path) -> None:
+def test_command_prints_only_its_own_token(given: str | None, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "fcu_emulator", "web", "--no-browser", "--duration", "10ms"]
     environment = {**os.environ, "XDG_RUNTIME_DIR": str(tmp_path)}
     if given is not None:
@@ -248,7 +248,7 @@ def test_tile_keeps_token_off_command_line(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 @pytest.mark.parametrize("public", ["", "nothing", "https://*/", "javascript:x"])
-def test_tile_without_public_address_leaves_host_to_jupyter(
+def test_tile_without_public_address_lets_jupyter_check_host(
     public: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv("FCU_WEB_BEHIND", raising=False)

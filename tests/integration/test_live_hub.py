@@ -215,7 +215,7 @@ def test_token_is_in_no_request_log_or_command(users: tuple[User, User], hub: Hu
         assert user.token not in user.cookie(user.base)
 
 
-def test_bookmark_without_token_tells_remedy(users: tuple[User, User]) -> None:
+def test_bookmark_without_token_shows_remedy(users: tuple[User, User]) -> None:
     ada, _ = users
     page = ada.context.new_page()
     page.goto(f"{ada.hub.origin}{ada.base.removesuffix('/')}")
@@ -224,7 +224,7 @@ def test_bookmark_without_token_tells_remedy(users: tuple[User, User]) -> None:
     page.close()
 
 
-def test_pictures_of_page_in_hub(users: tuple[User, User], tmp_path: Path) -> None:
+def test_page_in_hub_can_be_photographed(users: tuple[User, User], tmp_path: Path) -> None:
     folder = Path(os.environ.get("FCU_PICTURES", tmp_path))
     ada, _ = users
     ada.lab.screenshot(path=folder / "launcher.png")

@@ -237,7 +237,7 @@ def test_restarted_server_accepts_open_page() -> None:
     address.withdraw(pages.address)
 
 
-def test_missing_websockets_package_names_install_command(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_error_for_missing_websockets_shows_install_command(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "websockets.asyncio.server", None)
     with pytest.raises(InputError, match="websockets") as refused:
         PageServer()

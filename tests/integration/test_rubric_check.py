@@ -117,7 +117,7 @@ def test_rubric_check_warns_of_points_given_away(tmp_path: Path, requires: str, 
     assert output.count(" of 5 ") >= 5
 
 
-def test_file_only_option_runs_no_program(tmp_path: Path) -> None:
+def test_rubric_check_with_file_only_runs_no_program(tmp_path: Path) -> None:
     output = checked(written(tmp_path, TILT.replace("REQUIRES", "")), "--file-only")
 
     assert "warning" not in output

@@ -36,7 +36,7 @@ c.JupyterHub.public_url = "{told}"
 
 
 class Hub:
-    """JupyterHub with its log in ``folder``. It knows its public address if ``tells_address``."""
+    """JupyterHub with its log in ``folder``. If ``tells_address``, its public address is set."""
 
     def __init__(self, folder: Path, tells_address: bool) -> None:
         public, hub, api = _free_ports(3)

@@ -1,4 +1,4 @@
-"""A folder of wheels in place of a package index: installed packages, packed again, for tests without the network."""
+"""A folder of wheels that replaces a package index. It contains installed packages, so tests need no network."""
 
 from __future__ import annotations
 

@@ -114,7 +114,7 @@ def test_subscriber_may_unsubscribe_when_called() -> None:
     assert [event.t_ps for event in heard] == [1]
 
 
-def test_error_names_file_that_cannot_be_opened() -> None:
+def test_error_shows_file_that_cannot_be_opened() -> None:
     with pytest.raises(LinkError, match=r"trace file /nowhere/trace\.jsonl"):
         Trace().write_to("/nowhere/trace.jsonl")
 

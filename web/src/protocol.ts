@@ -81,7 +81,7 @@ export interface Session {
 const UNREACHABLE = "not connected";
 const REFUSED = location.pathname === "/"
   ? "refused: open the address that fcu web printed"
-  : "refused: open the launcher's tile, or the address that fcu web printed"; // below a path the board may be a hub's
+  : "refused: open the launcher's tile, or the address that fcu web printed"; // below a path, the board may belong to a hub
 
 // A session over a WebSocket, found again when the server has been restarted. A worker that runs the board in the
 // browser would be another Session.
@@ -114,8 +114,8 @@ export function overWebSocket(): Session {
       window.setTimeout(connect, 500);
     };
   };
-  // A browser does not tell why a socket was not opened: a server that gives the page, but no socket, refuses it.
-  // JupyterHub answers requests for images and scripts ("no-cors"), and sends all others to its login page.
+  // A browser does not tell why a socket was not opened: if the server sends the page's files but opens no socket, it refuses the socket.
+  // JupyterHub answers requests for images and scripts ("no-cors"), and redirects all others to its login page.
   const askAgain = async (): Promise<void> => {
     const refused = await fetch("icon.svg", { mode: "no-cors", redirect: "error" }).then((response) => response.ok, () => false);
     session.onConnected(false, refused ? REFUSED : UNREACHABLE);

@@ -1,7 +1,7 @@
 // The secret in the address that fcu web prints: the fragment, which browsers never send to a server. Session storage
 // keeps the secret for this tab, port and path; browsers would send a cookie to every other server on this machine too.
 
-const KEY = location.pathname === "/" ? "fcu-token" : `fcu-token ${location.pathname}`; // a hub has boards of many users
+const KEY = location.pathname === "/" ? "fcu-token" : `fcu-token ${location.pathname}`; // a hub has the boards of many users
 
 // Removes the token from the address bar and returns it, else the stored token, else "".
 export function token(): string {

@@ -223,7 +223,7 @@ class Core(FcuChip):
 
     @property
     def switched_ps(self) -> int:
-        """The time of the latest exception return to another thread than the interrupted one."""
+        """The time of the latest exception return to a thread other than the interrupted one."""
         return self.status().switched_ps
 
     @property

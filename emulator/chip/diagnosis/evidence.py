@@ -230,7 +230,7 @@ _RXNE, _TXE = masks(spi.SR.RXNE, spi.SR.TXE)
 
 
 def why_no_byte(master: Spi) -> str:
-    """Return why an SPI transfers no byte; "" if its registers do not tell."""
+    """Return why an SPI transfers no byte; "" if its registers do not show the reason."""
     name, cr1, sr = master.name, master.peek(_CR1), master.peek(_SR)
     if not cr1 & _SPE:
         return f"SPE in {name}_CR1 is 0, so {name} transfers no byte."

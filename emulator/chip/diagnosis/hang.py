@@ -149,7 +149,7 @@ class Waits:
         self._quiet_ps = quiet_ps
 
     def in_vain(self, loop: Loop, *, in_thread: bool = False) -> Cause | None:
-        """Return why the loop never ends. ``in_thread``: the loop runs when the active handlers have returned."""
+        """Return why the loop never ends. ``in_thread``: the loop continues when the active handlers have returned."""
         interrupts = Interrupts(self._chip.core, loop.masks, in_thread=in_thread)
         if loop.in_thread and self._may_switch(interrupts):
             return None
@@ -206,7 +206,7 @@ class Waits:
         if counted and changed is not None:
             return Cause(short, [f"SysTick's handler counts {' or '.join(names)}, but cannot run: {why}"])
         if why:
-            return Cause(short, [f"Nothing that could change {' or '.join(names)} is running; {why}"])
+            return Cause(short, [f"Nothing can change {' or '.join(names)}: {why}"])
         return Cause(
             short,
             [f"No enabled interrupt writes {' or '.join(names)}; enable and start an interrupt that does."],
@@ -279,10 +279,10 @@ class Hang:
         if low_power.can_wake():
             return None
         if low_power.in_standby:
-            why = "Neither the WKUP pin nor an alarm or the wake-up timer of the RTC is on."
-            cause = Cause("Standby is never left, except by a reset", [why, self._quiet()])
+            why = "The WKUP pin, and the alarms and the wake-up timer of the RTC are off."
+            cause = Cause("stays in Standby until a reset", [why, self._quiet()])
             return Diagnosis("stuck", cause.short, tuple(cause.sentences), fatal=False)
-        why = "No line of EXTI is on, and only EXTI wakes the chip from Stop: SysTick and the timers have no clock."
+        why = "No EXTI line is enabled. Only EXTI wakes the chip from Stop: SysTick and the timers have no clock."
         return self._report(self._pc, Cause("stays in Stop forever", [why, self._quiet()]))
 
     def _in_handler(self) -> Diagnosis | None:

@@ -276,7 +276,7 @@ class CoreTarget:
         return self.run_until_ps(at_ps)
 
     def _changed(self) -> None:
-        """Note a change by the debugger in the history."""
+        """Add a change by the debugger to the history."""
         if self._history is not None:
             self._history.add_input()
 

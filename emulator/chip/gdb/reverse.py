@@ -16,7 +16,7 @@ from fcu_emulator.emulator.clock import PS_PER_US, Clock
 _STEPPED_PS = 5 * PS_PER_US
 """Time before the wanted instruction, which is repeated in single steps: about 300 instructions."""
 _MOST_STOPS = 1_000
-"""Stops in one search. With more stops, the later half of the time is searched first, because it has the last one."""
+"""Maximum number of stops in one search. If there are more, the later half of the remaining time is searched first."""
 
 
 class PointsOfCore(Protocol):
@@ -30,7 +30,7 @@ class PointsOfCore(Protocol):
 
 
 class _Steps(NamedTuple):
-    """A state, and the times after each single step from there. ``inputs``: the history's number of inputs."""
+    """A state, and the time after each of the single steps from this state. ``inputs``: the history's number of inputs."""
 
     begin: Moment
     times: list[int]
@@ -124,7 +124,7 @@ class Reverse:
     # -- breakpoints and watchpoints --------------------------------------------------------------------
 
     def _last_stop(self, moment: Moment, begin_ps: int, end_ps: int) -> _Stop | None:
-        """Return the last stop from ``begin_ps`` to ``end_ps``, without the latter."""
+        """Return the last stop at or after ``begin_ps`` and before ``end_ps``."""
         self._run_to(moment, begin_ps)
         found = self._stop_here(moment, begin_ps)
         for number in range(1, _MOST_STOPS + 1):
@@ -145,7 +145,7 @@ class Reverse:
         return _Stop(moment, begin_ps, 0, begin_ps, HaltReason(point, point.address)) if point else None
 
     def _return_to(self, stop: _Stop) -> None:
-        """Return to a breakpoint, or to the instruction that makes the access of a watchpoint."""
+        """Return to a breakpoint, or to the instruction whose access hits a watchpoint."""
         self._run_to(stop.moment, stop.begin_ps)
         for _ in range(stop.number):
             self._resume_until(stop.at_ps)

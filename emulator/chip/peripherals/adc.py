@@ -73,7 +73,7 @@ class AdcInputs:
     def connect(self, channel: int, volts: Volts | float) -> None:
         """Connect one of the inputs 0 to 15 to a voltage in V, or to a function that returns it.
 
-        The function is called at each conversion, which is slower. Raises ValueError for another channel.
+        A function is called at each conversion, so it is slower than a number. Raises ValueError for another channel.
         """
         if not 0 <= channel < _PINS:
             raise ValueError(f"channel must be from 0 to {_PINS - 1}, not {channel}")

@@ -59,14 +59,14 @@ _BITS_THAT_ALLOW = {rtc.WUTR.addr: _WUTWF} | {
 }
 """By register: the bit of ISR that must be set before a write."""
 _INTERRUPT_OF = {_WUTF: _WUTIE, _TSF: _TSIE} | {alarm.flag: alarm.interrupt for alarm in _ALARMS}
-"""By event flag: its interrupt enable bit in CR."""
+"""Interrupt enable bits in CR, keyed by event flag."""
 _EVENT_FLAGS = _WUTF | _TSF | _TSOVF | _TAMP1F | sum(alarm.flag for alarm in _ALARMS)
 _EVENT_BITS = _WUTE | _WUTIE | _WUCKSEL | sum(alarm.on | alarm.interrupt for alarm in _ALARMS)
 _BYPSHAD, _FMT, _ADD1H, _SUB1H = masks(rtc.CR.BYPSHAD, rtc.CR.FMT, rtc.CR.ADD1H, rtc.CR.SUB1H)
 _STAMP_BITS = _TSIE | rtc.CR.TSE.mask | rtc.CR.TSEDGE.mask
 _CR_MODELLED = _EVENT_BITS | _STAMP_BITS | _BYPSHAD | _FMT | rtc.CR.BKP.mask  # BKP has no effect
 _LOCKED_BY = {SSR: (TR, DR), TR: (DR,)}
-"""By register: the shadow registers that a read locks until DR is read (17.3.6)."""
+"""Shadow registers that a read locks until DR is read (17.3.6), keyed by the read register."""
 _CALIBRATION_CYCLES = 1 << 20  # of the smooth calibration (17.3.11)
 _CALP_PULSES = 512
 _KEYS = (0xCA, 0x53)
@@ -268,7 +268,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
         super().write(offset, value, mask)
 
     def _change_hour(self, control: int) -> None:
-        """Change between summer time and winter time (17.6.3)."""
+        """Add or subtract an hour for summer time (17.6.3)."""
         hour = self._now_cycles() // self._cycles_per_s() // 3600 % 24
         hours = int(bool(control & _ADD1H)) - int(bool(control & _SUB1H) and hour > 0)
         self._advance(3600 * hours * self._cycles_per_s())

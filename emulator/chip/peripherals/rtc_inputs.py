@@ -138,7 +138,7 @@ class RtcInputs:
             self._sampling = None
 
     def _sample(self) -> None:
-        """Plan the event for the case that the pin keeps its active level."""
+        """Schedule the event, which comes if the pin keeps its active level."""
         hz, tafcr = self._calendar.clock_hz(), self._calendar.registers[_TAFCR.addr]
         if not hz or not self._is_active():
             return

@@ -1,4 +1,4 @@
-/* The last byte of two, received as RM0368 20.3.8 says; then each byte is asked for in a timer's callback. */
+/* Receives two bytes, the last one as in RM0368 20.3.8; then a timer's callback asks for each byte. */
 #include "spi2.h"
 
 static volatile uint32_t bytes, ticks;

@@ -1,4 +1,4 @@
-/* One thread waits for each byte of SPI2, the other one asks for a byte at times, and is an idle loop otherwise. */
+/* One thread waits for each byte of SPI2, the other one sometimes asks for a byte, and otherwise runs an idle loop. */
 #include "spi2.h"
 #include "threads.h"
 

@@ -1,4 +1,4 @@
-/* A thread waits for another thread with interrupts off. */
+/* With interrupts off, a thread waits for another thread. */
 #include "threads.h"
 
 static volatile uint32_t dataReady;

@@ -1,4 +1,4 @@
-/* Two threads on the process stack that PendSV switches at each tick, as a preemptive kernel does.
+/* Two threads, each with a process stack. PendSV switches them at each tick, as in a preemptive kernel.
  *
  * runnable: bit n is thread n. With both bits set, the threads take turns; with one bit set, only this thread runs.
  */

@@ -1,4 +1,4 @@
-"""A chip without a core for tests of one peripheral: real clock, trace and pins; interrupt lines record.
+"""A chip without a core for tests of one peripheral, with a real clock, trace and pins. Interrupt lines are recorded.
 
 ::
 

@@ -1,6 +1,6 @@
 """Programs that enter Stop and Standby on a real board, written for :mod:`tests.support.arm.thumb_assembler`.
 
-Each exception counts its handler's runs in a word of RAM, clears EXTI_PR and the RTC's event flags, and returns.
+Each exception handler counts its runs in a word of RAM, clears EXTI_PR and the RTC's event flags, and returns.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ LSI_RTC = (
     + put("RTC_WPR", 0xCA)
     + put("RTC_WPR", 0x53)
 )
-"""The RTC on LSI, with the keys given. PWR_ON must come first."""
+"""Switch the RTC on with LSI, and unlock its registers. PWR_ON must come first."""
 SYSTICK_1_KHZ = put("SYST_RVR", 15_999) + put("SYST_CVR", 0) + put("SYST_CSR", 7)
 HSE_ON = (
     put("RCC_CR", 1 << 16 | 0x83)
@@ -104,7 +104,7 @@ def wake_up_after(counts: int) -> str:
 
 
 def sleep(instruction: str = "wfi", control: int = 0) -> str:
-    """Return the entry of a deep sleep with these bits of PWR_CR."""
+    """Return the instructions that enter a deep sleep with these bits of PWR_CR."""
     return put("PWR_CR", DBP | control) + put("SCR", SLEEPDEEP) + instruction + "\n"
 
 

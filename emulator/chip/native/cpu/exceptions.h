@@ -15,7 +15,7 @@ typedef struct {
 
 typedef struct {
   int64_t thread_ps;
-  int64_t switched_ps;   /* time of the latest return to another thread than the interrupted one */
+  int64_t switched_ps;   /* time of the latest return to a thread other than the interrupted one */
   uint32_t thread_frame; /* frame of the interrupted thread on the process stack; 0: on the main stack */
   uint32_t exc_return;
   uint32_t lowest_msp; /* lowest main stack pointer after an exception entry */

@@ -14,7 +14,7 @@ enum Ended { ENDED_AT_TIME, ENDED_HALTED, ENDED_BY_HOST, ENDED_BY_WORK };
 enum Sleep { AWAKE, SLEEPS_WFI, SLEEPS_WFE };
 /* Results of host.deep_sleep(): no sleep, sleep with clocks, Standby. */
 enum DeepSleep { DEEP_REFUSED = -1, DEEP_WITH_CLOCKS = -2, DEEP_STANDBY = -3 };
-/* LIGHT: not a deep sleep, or not yet. CLOCKED: like LIGHT, and Python was asked. WAKING: until wakes_ps. */
+/* LIGHT: no deep sleep, or Python was not asked yet. CLOCKED: deep sleep with clocks. WAKING: Stop ends at wakes_ps. */
 enum Depth { LIGHT, CLOCKED, STOPPED, WAKING, STANDBY };
 /* Python has more reset reasons (_REASONS in emulator/chip/cpu/core.py). */
 enum ResetReason { RESET_NONE, RESET_SYSRESETREQ, RESET_STANDBY = 6 };

@@ -194,7 +194,7 @@ static bool is_result_used(const Adc *adc) {
   return cr2_of(adc) & (CR2_DMA | CR2_EOCS) || cr1_of(adc) & users || length_of(adc) > 1;
 }
 
-/* No conversion of a discontinuous group follows its final conversion (11.3.10). */
+/* A discontinuous subgroup ends with the final conversion of the sequence, even if it is shorter (11.3.10). */
 static void continue_regular(Adc *adc, bool is_last) {
   bool continuous = cr2_of(adc) & CR2_CONT && adc->left == ALL_LEFT;
   adc->rank = is_last ? 0 : adc->rank + 1;
@@ -329,8 +329,8 @@ static uint32_t adc_read(Peripheral *peripheral, uint32_t offset, int64_t *until
   return REGISTER(adc, DR);
 }
 
-/* End the pause if firmware has cleared EOC, or if a result is used from now on. Without CONT, the present result is
- * the last one. */
+/* End the pause if firmware has cleared EOC, or if anything except a read of DR uses the results from now on. If CONT
+ * is cleared, the present result is the last one. */
 static void settings_changed(Adc *adc) {
   if (!adc->paused) {
     return;

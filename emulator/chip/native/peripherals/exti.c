@@ -1,10 +1,10 @@
 /* EXTI (RM0368 section 10.2; interrupts: table 38), and SYSCFG, which selects EXTI's pins (section 7).
  *
  * Lines 0 to 15: pins; 16 PVD, 17 RTC alarm, 18 USB wake-up, 21 RTC tamper and time stamp, 22 RTC wake-up. An edge
- * sets the pending bit even if IMR is 0 (figure 29); SWIER sets it only if IMR is 1, as the manual's text says.
+ * sets the pending bit even if IMR is 0 (figure 29), but not if only EMR is 1 (10.2.3). SWIER sets the pending bit only
+ * if IMR is 1, as the manual's text says.
  *
- * An edge of a line in EMR, or SWIER, is an event, which ends WFE and triggers the ADC (10.2.3, 11.6). If the line is
- * not in IMR, the pending bit stays 0 (10.2.3).
+ * If a line is in EMR, an edge or SWIER is an event, which ends WFE and triggers the ADC (10.2.3, 11.6).
  *
  * NOT MODELLED
  * - SYSCFG_MEMRMP: stored, and a note; address 0 is the flash.

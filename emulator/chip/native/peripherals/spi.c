@@ -128,7 +128,7 @@ static uint8_t transfer_byte(Spi *spi, int32_t out) {
   return spi->cr1 & CR1_LSBFIRST ? reversed(answer) : answer;
 }
 
-/* The last byte of a receiving SPI whose SPE is cleared. */
+/* SPE of a receiving SPI was cleared: finish the last byte if it has begun. */
 static void finish_receiving(Spi *spi) {
   int64_t now_ps = spi->peripheral.chip->now_ps, frame_ps = spi->byte_ps * (spi->cr1 & CR1_DFF ? 2 : 1);
   bool began = spi->received_seen && spi->sr & SR_RXNE && now_ps - spi->received_ps >= spi->byte_ps / 8;

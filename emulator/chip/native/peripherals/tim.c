@@ -318,7 +318,7 @@ inline void tim_catch_up(Tim *tim) {
   }
 }
 
-/* Predict the next flag or listened edge, but not beyond the next update, which may change compare values. */
+/* Predict the next flag, or edge with a listener, but not beyond the next update, which may change compare values. */
 static int64_t find_next_ps(const Tim *tim) {
   if (!tim->running || is_blocked(tim)) {
     return NEVER_PS;
@@ -392,8 +392,8 @@ static uint32_t value_of(const Tim *tim, uint32_t offset) {
 
 Tim tim_at_present(const Tim *tim) {
   Tim now = *tim;
-  /* In the copy DIER is 0, so that it causes no DMA request and no tick. None is lost: each enabled flag has
-     an event, and no event is due. */
+  /* In the copy DIER is 0, so that it causes no DMA request and no tick. No request or tick is lost: each enabled flag
+     has an event, and no event is due. */
   REGISTER(&now, DIER) = 0;
   tim_catch_up(&now);
   REGISTER(&now, DIER) = REGISTER(tim, DIER);

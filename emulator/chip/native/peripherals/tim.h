@@ -59,7 +59,7 @@ typedef struct {
   uint8_t pulses;   /* bit = code of CR2.MMS: pulses of the trigger output that are not reported yet */
   uint8_t followed; /* bit = channel: matches change the level of its output (OCxM 1 to 3) */
   uint8_t latched;  /* bit = channel: level of an output that does not depend on the counter (OCxM 0 to 3) */
-  int64_t next_ps; /* next flag or listened edge, if next_known */
+  int64_t next_ps; /* next flag or edge with a listener, if next_known */
   uint8_t next_known;
   uint8_t tick_pending; /* a tick waits for its handler */
   int64_t tick_ps, missed_ticks;

@@ -126,11 +126,11 @@ Tim tim_at_present(const Tim *tim); /* Return a copy at the current time, withou
 /* tim_outputs.c */
 /* Set the channel's mode and enable bits (a byte of CCMR, four bits of CCER). */
 void tim_set_output(Tim *tim, int channel, uint8_t settings, uint8_t enable);
-/* Call this before the counter advances by `steps`, if a signal is listened to or a channel is followed. */
+/* Call this before the counter advances by `steps`, if any signal has a listener or a channel is followed. */
 void tim_advance_outputs(Tim *tim, int64_t steps);
-/* Return the number of steps until a listened signal may change; INT64_MAX: never. */
+/* Return the number of steps until a signal with a listener may change; INT64_MAX: never. */
 int64_t tim_steps_to_edge(const Tim *tim);
-/* Report the edges of listened signals since the latest call. */
+/* Report the edges of signals with listeners since the latest call. */
 void tim_report_edges(Tim *tim);
 
 /* tim_inputs.c */

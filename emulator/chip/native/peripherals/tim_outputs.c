@@ -1,8 +1,8 @@
 /* Outputs of the timers: levels of the compare channels, the trigger output, and PWM (RM0368 sections 12.3.8, 12.3.9,
  * 12.4.2).
  *
- * OCxREF in PWM mode is a function of the counter. In the modes that matches control, `latched` holds it. Edges are
- * searched and reported only for signals to which another peripheral listens.
+ * OCxREF in PWM mode is a function of the counter. In modes in which matches change its level, `latched` contains it.
+ * Edges are searched and reported only for signals to which another peripheral listens.
  *
  * A channel's signal is the level of its output: OCxREF with polarity, and 0 while the output is disabled (CCxE; of
  * TIM1 also MOE). The manual does not describe this; see efton.sk/STM32/gotcha/g89.html.
@@ -155,7 +155,7 @@ static int64_t steps_to_level(const Tim *tim, int n) {
 static int64_t steps_to_trigger(const Tim *tim) {
   uint32_t mode = master_mode(tim);
   switch (mode) {
-  case MASTER_RESET: /* writes cause these edges, and the end of a pulse, which always has an event */
+  case MASTER_RESET: /* these edges come from writes, or from the end of a one-pulse run, which always has an event */
   case MASTER_ENABLE: return INT64_MAX;
   case MASTER_UPDATE: return steps_to_update(tim);
   case MASTER_COMPARE: return steps_to_match(tim, &tim->channels[0]);
