@@ -128,21 +128,13 @@ class LiveBoard:
         board = self._board
         if not run_s:
             return self.state() | {"transfers": transfers(board, self._transfers.latest())}
-        found: list[BusTransfer] = []
-        count = 0
-
-        def record(event: TraceEvent) -> None:
-            nonlocal count
-            if isinstance(event, BusTransfer):
-                count += 1
-                if len(found) < _MOST_TRANSFERS:
-                    found.append(event)
-
-        stop = board.trace.subscribe(record)
+        recorder = _FirstTransfers()
+        stop = board.trace.subscribe(recorder.record)
         try:
             reached = self._run(run_s, patience)
         finally:
             stop()
+        count, found = recorder.count, recorder.found
         result = self.state() | {"count": count, "transfers": transfers(board, found)}
         if count > len(found):
             result["cut"] = f"the first {len(found)} of {count} transfers"
@@ -261,6 +253,20 @@ class LiveBoard:
             cut = f"the end of the {end - begin} bytes that were printed"
             result |= {"cut": cut, "rest": f"terminal(since={begin})"}
         return result
+
+
+class _FirstTransfers:
+    """The first transfers of a run, and the number of all transfers."""
+
+    def __init__(self) -> None:
+        self.found: list[BusTransfer] = []
+        self.count = 0
+
+    def record(self, event: TraceEvent) -> None:
+        if isinstance(event, BusTransfer):
+            self.count += 1
+            if len(self.found) < _MOST_TRANSFERS:
+                self.found.append(event)
 
 
 def problem(one: Diagnosis) -> dict[str, Any]:

@@ -53,7 +53,7 @@ def test_slow_bus_is_reported_as_long_callback() -> None:
     assert diagnosis is not None
     assert diagnosis.kind == "callback"
     assert not diagnosis.fatal
-    assert diagnosis.summary.endswith("of a 1.25 ms tick: main() never runs")
+    assert diagnosis.summary.endswith("the timer's period of 1.25 ms: main() never runs")
 
 
 @pytest.mark.parametrize(("wiring", "bus"), [("lab3", "I2C2"), ("fcu001v1", "SPI2")])

@@ -179,7 +179,7 @@ def test_each_unmet_requirement_is_reported(tmp_path: Path) -> None:
     fcu("check", "template-arm", "--exercise", "4", "--json", str(file))
     (led,) = Verdict.from_json(file.read_text(encoding="utf-8")).of("4")
 
-    at_once, later = led.expected.split("; for ")
+    at_once, later = led.expected.split("; ")
     assert "0.3 s" in at_once
     assert "1.3 s" in later
     assert "1 of 2 points" in later

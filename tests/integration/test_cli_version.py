@@ -66,7 +66,7 @@ def test_wheel_of_source_archive_has_commit(tmp_path: Path) -> None:
     built = run(clone, "-m", "hatchling", "build", "-t", "sdist", "-d", tmp_path / "dist")
     assert built.returncode == 0, built.stderr
     with tarfile.open(next((tmp_path / "dist").iterdir())) as archive:
-        archive.extractall(tmp_path / "unpacked", filter="data")
+        archive.extractall(tmp_path / "unpacked")
     (source,) = (tmp_path / "unpacked").iterdir()
     assert stamped(source) == head(clone)
     assert version(source)[1] == f"commit {head(clone)}"

@@ -199,5 +199,6 @@ def test_wheel_has_library_without_sources_and_solutions(clone: Path, tmp_path: 
     expected = packages - sources - solved | {(NATIVE / native.library_name()).as_posix()}
     own = {path for path in before if path.startswith("fcu_emulator/")}
     site = {path.removeprefix("building/site/") for path in before if path.startswith("building/site/")}
-    assert inside == {f"fcu_emulator/{path}" for path in expected} | own | site
+    guides = {path for path in before if re.fullmatch(r"docs/[\w-]+\.md|llms\.txt", path)}
+    assert inside == {f"fcu_emulator/{path}" for path in expected | guides} | own | site
     assert files(clone) == before

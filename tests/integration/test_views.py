@@ -284,7 +284,7 @@ def test_picture_has_labels_for_its_contents(record: Path, tmp_path: Path) -> No
     picture = (tmp_path / "run.svg").read_text(encoding="utf-8")
     for text in ("angles, deg", "Pitch", "LED2", "led_x", "virtual time, s", "printed"):
         assert text in picture
-    assert picture.count("<!-- truth, ") == 1
+    assert picture.count("<!-- true value (") == 1
 
 
 UNFIT = ["Infinity", "NaN", "1" + "0" * 400]

@@ -19,6 +19,7 @@ EPS_S = 1e-7
 class Clock:
     def __init__(self) -> None:
         self.now_s = 0.0
+        self.inputs = 0
 
     def __call__(self) -> float:
         return self.now_s

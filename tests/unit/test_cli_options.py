@@ -142,7 +142,8 @@ LINES: list[tuple[str, str, Any]] = [
     (
         "fcu_emulator.emulator.cli.web.serve_board",
         """web a.elf --scenario desk --wiring lab3 --seed 3 --ideal --port 8000 --no-browser
-        --record r.toml --duration 1h --serial tcp --gdb 1234 --halt --listen 127.0.0.2""",
+        --record r.toml --duration 1h --serial tcp --gdb 1234 --halt --listen 127.0.0.2
+        --base-path /ada/fcu/ --behind https://hub.example""",
         WebOptions(
             firmware="a.elf",
             scenario="desk",
@@ -157,6 +158,8 @@ LINES: list[tuple[str, str, Any]] = [
             gdb=1234,
             halt=True,
             listen="127.0.0.2",
+            base_path="/ada/fcu/",
+            behind="https://hub.example",
         ),
     ),
     (
@@ -167,7 +170,7 @@ LINES: list[tuple[str, str, Any]] = [
     (
         "fcu_emulator.emulator.cli.check.check_program",
         """check a.elf --exercise 1 -e 2 --seed 3 --rubric other --jobs 2 --json j.json --save motions --hint --hint
-        --boards 4""",
+        --boards 4 --annotations github --junit j.xml""",
         CheckOptions(
             target="a.elf",
             rubric="other",
@@ -178,6 +181,8 @@ LINES: list[tuple[str, str, Any]] = [
             save=Path("motions"),
             hints=2,
             boards=4,
+            annotations="github",
+            junit=Path("j.xml"),
         ),
     ),
     ("fcu_emulator.emulator.cli.check.check_program", "check", CheckOptions()),

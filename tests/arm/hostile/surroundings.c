@@ -128,9 +128,22 @@ static void accessed(int64_t now_ps, uint32_t address, uint32_t size, int32_t wr
   }
 }
 
+static int64_t deep_sleep(int64_t now_ps) {
+  static const int64_t results[] = {DEEP_REFUSED, DEEP_WITH_CLOCKS, DEEP_STANDBY};
+  (void)now_ps;
+  settle();
+  return any(2) ? results[any(3)] : (int64_t)any(1u << 30);
+}
+
+static void stop_ended(int64_t now_ps) {
+  (void)now_ps;
+  settle();
+  set_some_clocks(hostile.chip);
+}
+
 const Host host_calls = {.advance = advance, .read = read_register, .write = write_register, .note = note,
                          .ignored_access = ignored_access, .fault = fault, .locked_up = locked_up, .reset = reset,
-                         .accessed = accessed};
+                         .accessed = accessed, .deep_sleep = deep_sleep, .stop_ended = stop_ended};
 
 /* -- parts at the buses ---------------------------------------------------------------------------------------- */
 
