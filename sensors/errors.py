@@ -1,6 +1,6 @@
 """Deviations of a real sensor: offset, scale, drift with temperature, and noise.
 
-With the quality ``ideal``, there are no errors. In ``typical`` the seed determines normally distributed
+With the quality ``ideal``, a sensor has no errors. In ``typical`` the seed determines normally distributed
 errors, limited to three standard deviations, and noise has its typical strength. In ``worst`` each error is
 three standard deviations, with random sign; each strength is 1.5 times the typical strength.
 

@@ -7,7 +7,6 @@ same verdict as the command line, a crash does not end the server, and a command
 from __future__ import annotations
 
 import os
-import signal
 import subprocess
 import sys
 import threading
@@ -20,6 +19,7 @@ from typing import IO, Final
 
 from fcu_emulator.emulator.errors import InputError, NotJudgedError
 from fcu_emulator.emulator.host.cleanup import before_exit, done
+from fcu_emulator.emulator.host.process_group import kill_group, terminate_group
 
 _LARGEST_OUTPUT: Final = 1 << 20  # bytes that are kept of each stream
 _USAGE_ERROR: Final = 2
@@ -32,7 +32,7 @@ _PREFIX, _USAGE, _ERROR = "fcu: ", "Usage: ", "Error: "
 """Beginnings of a message of fcu, and of the first and the last line of a usage error of click."""
 
 
-class Patience:
+class TimeLimit:
     """Limit of a call's wall time, counted from now or from the latest ``begin``. ``cancel`` ends the call early."""
 
     def __init__(self, wall_s: float) -> None:
@@ -69,7 +69,7 @@ class Finished:
             raise InputError(lines[-1].removeprefix(_PREFIX).removeprefix(_ERROR))
 
 
-def run_fcu(arguments: Sequence[str], patience: Patience) -> Finished:
+def run_fcu(arguments: Sequence[str], limit: TimeLimit) -> Finished:
     """Run ``fcu`` with these arguments until it ends. Raises NotJudgedError if it takes too long."""
     command = [sys.executable, "-P", "-c", _START.format(path=sys.path), *arguments]
     try:
@@ -91,11 +91,9 @@ def run_fcu(arguments: Sequence[str], patience: Patience) -> Finished:
     output, errors = _Drain(process.stdout), _Drain(process.stderr)
     try:
         while process.poll() is None:
-            if patience.over:
+            if limit.over:
                 _end(process)
-                raise NotJudgedError(
-                    f"fcu {arguments[0]} did not end within {patience.wall_s:g} s of wall time"
-                )
+                raise NotJudgedError(f"fcu {arguments[0]} did not end within {limit.wall_s:g} s of wall time")
             output.wait(_ASK_AGAIN_S)
     finally:
         kill()
@@ -139,27 +137,15 @@ class _Drain:
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
-    """Ask the command and its own children to end, so that it removes its temporary files."""
+    """Ask the command and its children to end, so that it removes its temporary files."""
+    terminate_group(process)
     if sys.platform != "win32":
-        _signal(process, signal.SIGTERM)
         with suppress(subprocess.TimeoutExpired):
             process.wait(_END_S)
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
-    """End the command and its children immediately. When the command has ended, its id may belong to another process."""
+    """End the command and its children immediately, unless the command has ended."""
     if process.poll() is None:
-        if sys.platform == "win32":
-            process.kill()
-        else:
-            _signal(process, signal.SIGKILL)
+        kill_group(process)
         process.wait()
-
-
-if sys.platform != "win32":
-
-    def _signal(process: subprocess.Popen[bytes], number: int) -> None:
-        with suppress(
-            ProcessLookupError, PermissionError
-        ):  # PermissionError: only zombies are left, on macOS
-            os.killpg(process.pid, number)

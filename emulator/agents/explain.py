@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from fcu_emulator.emulator.agents.commands import Patience
-from fcu_emulator.emulator.agents.live_board import LiveBoard, problem
+from fcu_emulator.emulator.agents.commands import TimeLimit
+from fcu_emulator.emulator.agents.live_board import LiveBoard
 from fcu_emulator.emulator.chip.firmware import Limits
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.grading.explained import explained_run
@@ -24,7 +24,7 @@ def explain_problems(board: LiveBoard | None) -> dict[str, Any]:
 
 
 def explain_number(
-    number: str, firmware: str | None, board: LiveBoard | None, patience: Patience
+    number: str, firmware: str | None, board: LiveBoard | None, limit: TimeLimit
 ) -> dict[str, Any]:
     """Compare the formulas behind a printed number with those of the firmware's rubric.
 
@@ -36,8 +36,8 @@ def explain_number(
     file = firmware or (board.firmware if board is not None else "")
     rubric = load_rubric(rubric_of(file))
     fields = _fields(rubric, number)
-    found = explained_run(file, rubric, Limits(wall_s=patience.wall_s), fields)
-    result: dict[str, Any] = {"number": fields[0].title, "explanations": [problem(one) for one in found]}
+    found = explained_run(file, rubric, Limits(wall_s=limit.wall_s), fields)
+    result: dict[str, Any] = {"number": fields[0].title, "explanations": [one.as_data() for one in found]}
     if not found:
         result["remark"] = _NOT_FOUND
     if own and board is not None:

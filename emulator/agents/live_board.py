@@ -13,12 +13,11 @@ from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from typing import Any, Final
 
-from fcu_emulator.emulator.agents.commands import Patience
+from fcu_emulator.emulator.agents.commands import TimeLimit
 from fcu_emulator.emulator.agents.texts import latest, lines_of, page
 from fcu_emulator.emulator.analysis.mistakes import explain
 from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.buses.uart import decoded
-from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
 from fcu_emulator.emulator.errors import ExpectationError, FirmwareError, InputError
 from fcu_emulator.emulator.live import registers, view
 from fcu_emulator.emulator.live.control import ControlRequests
@@ -84,13 +83,13 @@ class LiveBoard:
 
     # -- Time passes ----------------------------------------------------------------------------------------
 
-    def run(self, seconds: float, patience: Patience) -> dict[str, Any]:
+    def run(self, seconds: float, limit: TimeLimit) -> dict[str, Any]:
         """Run for this virtual time, and return the output of this time."""
         begin = self._board.terminal.position
-        reached = self._run(seconds, patience)
-        return self.state() | self._printed(begin) | ({} if reached else self._too_slow(patience))
+        reached = self._run(seconds, limit)
+        return self.state() | self._printed(begin) | ({} if reached else self._too_slow(limit))
 
-    def expect(self, text: str, timeout_s: float, since: int | None, patience: Patience) -> dict[str, Any]:
+    def expect(self, text: str, timeout_s: float, since: int | None, limit: TimeLimit) -> dict[str, Any]:
         """Run until the text is printed. ``found``: whether it was printed within ``timeout_s``."""
         terminal = self._board.terminal
         begin = terminal.position if since is None else since
@@ -101,14 +100,14 @@ class LiveBoard:
             try:
                 match = self._guarded_expect(text, min(left_s, _EXPECT_SLICE_S), begin)
             except ExpectationError:
-                if left_s <= _EXPECT_SLICE_S or patience.over:
+                if left_s <= _EXPECT_SLICE_S or limit.over:
                     break
             if self._failure:
                 break
         if match is None:
-            late = patience.over and self._board.now_s < end_s and not self._failure
+            late = limit.over and self._board.now_s < end_s and not self._failure
             problems = {"problems": self.problems()}
-            slow = self._too_slow(patience) if late else {}
+            slow = self._too_slow(limit) if late else {}
             return {"found": False} | self.state() | self._printed(begin) | problems | slow
         match_end = terminal.match_end
         with suppress(ExpectationError):  # complete the line
@@ -123,7 +122,7 @@ class LiveBoard:
             self._failure = str(error)
             return None
 
-    def transfers(self, run_s: float, patience: Patience) -> dict[str, Any]:
+    def transfers(self, run_s: float, limit: TimeLimit) -> dict[str, Any]:
         """Return the transfers of the next ``run_s``, or with 0 the latest transfers."""
         board = self._board
         if not run_s:
@@ -131,7 +130,7 @@ class LiveBoard:
         recorder = _FirstTransfers()
         stop = board.trace.subscribe(recorder.record)
         try:
-            reached = self._run(run_s, patience)
+            reached = self._run(run_s, limit)
         finally:
             stop()
         count, found = recorder.count, recorder.found
@@ -139,15 +138,15 @@ class LiveBoard:
         if count > len(found):
             result["cut"] = f"the first {len(found)} of {count} transfers"
             result["rest"] = "the other transfers are not kept; call transfers with a smaller run_s"
-        return result | ({} if reached else self._too_slow(patience))
+        return result | ({} if reached else self._too_slow(limit))
 
-    def _run(self, seconds: float, patience: Patience) -> bool:
+    def _run(self, seconds: float, limit: TimeLimit) -> bool:
         """Run for this virtual time. Return False if the wall time is over first."""
         self._check_running(seconds)
         board = self._board
         end_s = board.now_s + seconds
         while board.now_s < end_s and not self._failure:
-            if patience.over:
+            if limit.over:
                 return False
             try:
                 board.run_until(min(end_s, board.now_s + _SLICE_S))
@@ -161,8 +160,8 @@ class LiveBoard:
                 "the firmware has failed, so the board cannot run; call start_board again", kind="failed"
             )
 
-    def _too_slow(self, patience: Patience) -> dict[str, Any]:
-        text = f"at {self._board.now_s:.3f} s, after {patience.wall_s:g} s of wall time; call the tool again"
+    def _too_slow(self, limit: TimeLimit) -> dict[str, Any]:
+        text = f"at {self._board.now_s:.3f} s, after {limit.wall_s:g} s of wall time; call the tool again"
         return {"ended_early": text}
 
     # -- No time passes -------------------------------------------------------------------------------------
@@ -221,7 +220,7 @@ class LiveBoard:
 
     def problems(self) -> list[dict[str, Any]]:
         """Return the firmware's problems until now, the worst first."""
-        return [problem(one) for one in explain(self._board, self._recorder)][:_MOST_REGISTERS]
+        return [one.as_data() for one in explain(self._board, self._recorder)][:_MOST_REGISTERS]
 
     def printed_numbers(self, field: str) -> dict[str, Any]:
         """Return the latest printed value of a field such as ``Pitch``, and the range of its true value, or {}."""
@@ -267,17 +266,6 @@ class _FirstTransfers:
             self.count += 1
             if len(self.found) < _MOST_TRANSFERS:
                 self.found.append(event)
-
-
-def problem(one: Diagnosis) -> dict[str, Any]:
-    """Return a diagnosis as data."""
-    return {
-        "kind": one.kind,
-        "summary": one.summary,
-        "details": list(one.details[:_MOST_REGISTERS]),
-        "fatal": one.fatal,
-        "data": dict(one.data),
-    }
 
 
 def _first_page(data: bytes) -> tuple[str, int]:

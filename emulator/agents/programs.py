@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from fcu_emulator.emulator.agents.arguments import Build, Check, Run
-from fcu_emulator.emulator.agents.commands import Finished, Patience, run_fcu
+from fcu_emulator.emulator.agents.commands import Finished, TimeLimit, run_fcu
 from fcu_emulator.emulator.agents.texts import TextStore
 from fcu_emulator.emulator.errors import NotJudgedError
-from fcu_emulator.emulator.grading.checked import as_checked
+from fcu_emulator.emulator.grading.exercise_result import as_checked
 from fcu_emulator.emulator.grading.verdict import Verdict
 
 _MOST_ENTRIES: Final = 20  # of a list in the result of a run
@@ -24,9 +24,9 @@ _OF_RUN: Final = (
 _VERDICTS: Final = {0: "passed", 1: "failed", 2: "usage error", 3: "firmware failed", 4: "not judged"}
 
 
-def build(texts: TextStore, wanted: Build, patience: Patience) -> dict[str, Any]:
+def build(texts: TextStore, wanted: Build, limit: TimeLimit) -> dict[str, Any]:
     """Build a project. Raises InputError if the folder is not a project."""
-    ended = run_fcu(["build", "--", wanted.folder], patience)
+    ended = run_fcu(["build", "--", wanted.folder], limit)
     ended.raise_usage_error()
     file = Path(wanted.folder) / "lab3.elf"
     built = ended.code == 0
@@ -37,11 +37,11 @@ def build(texts: TextStore, wanted: Build, patience: Patience) -> dict[str, Any]
     }
 
 
-def check(texts: TextStore, wanted: Check, patience: Patience) -> dict[str, Any]:
+def check(texts: TextStore, wanted: Check, limit: TimeLimit) -> dict[str, Any]:
     """Check a program by a rubric. Raises InputError, NotJudgedError."""
     with tempfile.TemporaryDirectory(prefix="fcu-agents-") as folder:
         file = Path(folder) / "verdict.json"
-        ended = run_fcu(_check_arguments(wanted, file), patience)
+        ended = run_fcu(_check_arguments(wanted, file), limit)
         ended.raise_usage_error()
         verdict = Verdict.from_json(file.read_bytes()) if file.is_file() else None
     result = _summary(ended) | {"screen": texts.shown("check", ended.output, ended.lost)}
@@ -80,11 +80,11 @@ def _exercises(verdict: Verdict) -> dict[str, Any]:
     }
 
 
-def run(texts: TextStore, wanted: Run, patience: Patience) -> dict[str, Any]:
+def run(texts: TextStore, wanted: Run, limit: TimeLimit) -> dict[str, Any]:
     """Run a firmware, with a scenario or for some time. Raises InputError, NotJudgedError."""
     with tempfile.TemporaryDirectory(prefix="fcu-agents-") as folder:
         file = Path(folder) / "run.json"
-        ended = run_fcu(_run_arguments(wanted, file, patience), patience)
+        ended = run_fcu(_run_arguments(wanted, file, limit), limit)
         ended.raise_usage_error()
         text = file.read_text(encoding="utf-8") if file.is_file() else ""
     result = _summary(ended)
@@ -97,7 +97,7 @@ def run(texts: TextStore, wanted: Run, patience: Patience) -> dict[str, Any]:
     return result
 
 
-def _run_arguments(wanted: Run, file: Path, patience: Patience) -> list[str]:
+def _run_arguments(wanted: Run, file: Path, limit: TimeLimit) -> list[str]:
     duration = wanted.duration or (None if wanted.scenario else "5s")
     options = {
         "--json": file,
@@ -106,7 +106,7 @@ def _run_arguments(wanted: Run, file: Path, patience: Patience) -> list[str]:
         "--wiring": wanted.wiring,
         "--seed": wanted.seed,
         "--speed": "max",
-        "--limit": f"wall_s={patience.wall_s - _START_UP_S:g}",
+        "--limit": f"wall_s={limit.wall_s - _START_UP_S:g}",
     }
     given = [f"{name}={value}" for name, value in options.items() if value is not None]
     ideal = ["--ideal"] if wanted.ideal else []

@@ -23,7 +23,7 @@ from mcp.server import Server, ServerRequestContext
 from mcp.server.stdio import stdio_server
 from mcp.shared.exceptions import MCPError
 
-from fcu_emulator.emulator.agents.commands import Patience
+from fcu_emulator.emulator.agents.commands import TimeLimit
 from fcu_emulator.emulator.agents.guides import INDEX, guide_text, guides
 from fcu_emulator.emulator.agents.tools import TOOLS, Workbench, as_json, parse
 from fcu_emulator.emulator.errors import FcuError, InputError, failure_text
@@ -122,10 +122,10 @@ class AgentServer:
         try:
             wanted = parse(params.name, params.arguments or {})
             tool = TOOLS[params.name]
-            patience = Patience(tool.wall_s)
+            limit = TimeLimit(tool.wall_s)
             threads = self._board if tool.on_board else self._commands
-            call = partial(self._bench.call, params.name, wanted, patience)
-            result = await _call(threads, patience, call, report)
+            call = partial(self._bench.call, params.name, wanted, limit)
+            result = await _call(threads, limit, call, report)
         except Exception as error:
             text = one_line(failure_text(error), _LONGEST_ERROR)
             return types.CallToolResult(content=[types.TextContent(text=text)], is_error=True)
@@ -172,7 +172,7 @@ class AgentServer:
 
 async def _call(
     threads: ThreadPoolExecutor,
-    patience: Patience,
+    limit: TimeLimit,
     function: Callable[[], _Result],
     report: Callable[[float], Awaitable[None]],
 ) -> _Result:
@@ -182,7 +182,7 @@ async def _call(
     """
 
     def begin() -> _Result:
-        patience.begin()
+        limit.begin()
         return function()
 
     loop = asyncio.get_running_loop()
@@ -192,7 +192,7 @@ async def _call(
         while not (await asyncio.wait({future}, timeout=PROGRESS_EVERY_S))[0]:
             await report(loop.time() - began_s)
     except asyncio.CancelledError:
-        patience.cancel()
+        limit.cancel()
         raise
     return future.result()
 

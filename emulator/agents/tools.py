@@ -10,7 +10,7 @@ from typing import Any, Final
 from pydantic import ValidationError
 
 from fcu_emulator.emulator.agents import arguments, programs
-from fcu_emulator.emulator.agents.commands import Patience
+from fcu_emulator.emulator.agents.commands import TimeLimit
 from fcu_emulator.emulator.agents.explain import explain_number, explain_problems
 from fcu_emulator.emulator.agents.guides import guide_text, is_guide
 from fcu_emulator.emulator.agents.live_board import LiveBoard
@@ -92,29 +92,29 @@ class Workbench:
     def __init__(self) -> None:
         self._texts = TextStore()
         self._board: LiveBoard | None = None
-        self._calls: dict[str, Callable[[Any, Patience], dict[str, Any]]] = {
-            "build": lambda wanted, patience: programs.build(self._texts, wanted, patience),
-            "check": lambda wanted, patience: programs.check(self._texts, wanted, patience),
-            "run": lambda wanted, patience: programs.run(self._texts, wanted, patience),
+        self._calls: dict[str, Callable[[Any, TimeLimit], dict[str, Any]]] = {
+            "build": lambda wanted, limit: programs.build(self._texts, wanted, limit),
+            "check": lambda wanted, limit: programs.check(self._texts, wanted, limit),
+            "run": lambda wanted, limit: programs.run(self._texts, wanted, limit),
             "read_text": lambda wanted, _: self._read_text(wanted),
             "start_board": lambda wanted, _: self._start(wanted),
             "act": lambda wanted, _: self._started.act(wanted.entry),
-            "run_board": lambda wanted, patience: self._started.run(wanted.seconds, patience),
-            "expect": lambda wanted, patience: self._started.expect(
-                wanted.text, wanted.timeout_s, wanted.since, patience
+            "run_board": lambda wanted, limit: self._started.run(wanted.seconds, limit),
+            "expect": lambda wanted, limit: self._started.expect(
+                wanted.text, wanted.timeout_s, wanted.since, limit
             ),
             "terminal": lambda wanted, _: self._started.terminal(wanted.since),
             "registers": lambda wanted, _: self._started.registers(
                 wanted.part, wanted.register_name, wanted.first
             ),
             "variables": lambda wanted, _: self._started.variables(wanted.names, wanted.first),
-            "transfers": lambda wanted, patience: self._started.transfers(wanted.run_s, patience),
+            "transfers": lambda wanted, limit: self._started.transfers(wanted.run_s, limit),
             "explain": self._explain,
         }
 
-    def call(self, name: str, wanted: arguments.Arguments, patience: Patience) -> dict[str, Any]:
+    def call(self, name: str, wanted: arguments.Arguments, limit: TimeLimit) -> dict[str, Any]:
         """Call a tool with checked arguments, and return a result of bounded size. Raises FcuError."""
-        result = self._calls[name](wanted, patience)
+        result = self._calls[name](wanted, limit)
         if len(as_json(result).encode()) <= LARGEST_RESULT:
             return result
         return {"result": self._texts.shown(name, as_json(result, indent=1))}
@@ -142,7 +142,7 @@ class Workbench:
             return page_of(wanted.name, lines_of(guide_text(wanted.name)), wanted.first_line)
         return self._texts.read(wanted.name, wanted.first_line)
 
-    def _explain(self, wanted: arguments.Explain, patience: Patience) -> dict[str, Any]:
+    def _explain(self, wanted: arguments.Explain, limit: TimeLimit) -> dict[str, Any]:
         if wanted.number is None:
             return explain_problems(self._board)
-        return explain_number(wanted.number, wanted.firmware, self._board, patience)
+        return explain_number(wanted.number, wanted.firmware, self._board, limit)

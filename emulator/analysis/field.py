@@ -2,8 +2,8 @@
 
 Raw and calibrated values differ by a constant, so the values themselves are not compared.
 
-Decision: if the board has not been turned far enough, there is no hint about MAG, because the
-calibration still changes.
+Decision: if the board has not been turned far enough, no hint about MAG is given, because
+the calibration still changes.
 """
 
 from __future__ import annotations

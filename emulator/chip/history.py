@@ -9,16 +9,25 @@ received it before. A new input in the past discards the later history.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
 
 from fcu_emulator.emulator.buses.uart import Uart
-from fcu_emulator.emulator.chip.cpu.core import Core
+from fcu_emulator.emulator.chip.cpu.core import RESETS_KEPT
+from fcu_emulator.emulator.chip.firmware import ArmFirmware, Limits
 from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S, Clock
 from fcu_emulator.emulator.trace import Trace
 
 _SPACING_PS = 250 * PS_PER_MS
+_NO_LIMITS = Limits(
+    instructions=1 << 62,
+    terminal_bytes=1 << 62,
+    resets_per_s=RESETS_KEPT - 1,
+    wall_s=math.inf,
+    work_per_s=1 << 62,
+)
 _MOST = 56
 """Maximum number of snapshots in memory: about 64 MB, with 1.2 MB each."""
 
@@ -65,9 +74,10 @@ class History:
 
     in_snapshots: ClassVar[bool] = False
 
-    def __init__(self, board: RestorableBoard, core: Core) -> None:
+    def __init__(self, board: RestorableBoard, firmware: ArmFirmware) -> None:
         self._board = board
-        self._core = core
+        self._firmware = firmware
+        self._core = firmware.core
         self._clock = board.clock
         self._moments: list[Moment] = []
         self._present_ps = 0
@@ -105,14 +115,25 @@ class History:
             now_ps = self._clock.now_ps
             later = self._input_after(now_ps)
             stop_ps = min(at_ps, self._next_stop_ps(now_ps), later.at_ps if later else at_ps)
-            self._board.run_until_ps(stop_ps)
+            self._run_until_ps(stop_ps)
             has_halted = self._clock.now_ps < stop_ps
-            self._inputs_seen = self._clock.inputs
             if later and self._clock.now_ps >= later.at_ps:
                 self._apply(later)
             self._arrive()
             if has_halted or stop_ps >= at_ps:
                 return
+
+    def _run_until_ps(self, at_ps: int) -> None:
+        """Run without limits in the past, because the run has already passed their checks."""
+        limits = self._firmware.limits
+        if self.is_past:
+            self._firmware.limits = _NO_LIMITS
+        try:
+            self._board.run_until_ps(at_ps)
+        finally:
+            self._firmware.limits = limits
+            self._inputs_seen = self._clock.inputs
+            self._present_ps = max(self._present_ps, self._clock.now_ps)
 
     def add_input(self) -> None:
         """Take a snapshot after an input. If the board is in the past, discard the later history."""
@@ -151,7 +172,6 @@ class History:
         if self._board.trace.replaying:
             self._core.settle()  # observers have received these events
             self._board.trace.replaying = False
-        self._present_ps = self._clock.now_ps
         if self._present_ps >= self._moments[-1].at_ps + _SPACING_PS:
             self._keep(has_input=False)
 
@@ -169,6 +189,7 @@ class History:
         """Restore a moment of the past. The core is then halted."""
         if not self.is_past:
             self._core.settle()  # observers receive all events of the present
+            self._present_ps = self._clock.now_ps
             self._printed = self._board.terminal.position
         self._board.trace.replaying = True
         self._restore(moment)

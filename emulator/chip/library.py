@@ -287,7 +287,10 @@ class FcuChip:
             *(self._deep_sleep, self._stop_ended),
         )
         for n, (name, kind) in enumerate(_HOST_CALLS):
-            setattr(table, name, self.callback(kind, called[n]))
+            work = (
+                0 if name == "accessed" else WORK_OF_A_CALL
+            )  # a debugger's watchpoints are no work of the firmware
+            setattr(table, name, self.callback(kind, called[n], work))
         handle = self.library.fcu_create(table)
         if not handle:
             raise MemoryError("the chip in C")
@@ -459,15 +462,15 @@ class FcuChip:
         self._error = self._error or error
         self.shared[3] = 1
 
-    def callback(self, kind: Any, function: Callable[..., Any]) -> Any:
-        """Return a callback for C. It sets the clock, and stores an exception instead of raising it."""
+    def callback(self, kind: Any, function: Callable[..., Any], work: int = WORK_OF_A_CALL) -> Any:
+        """Return a callback for C, which counts ``work``, sets the clock, and stores exceptions."""
         clock, enter = self.clock, self.enter
         nothing = 0 if kind._restype_ is not None else None
 
         def called(now_ps: int, *arguments: Any) -> Any:
             try:
                 clock.now_ps = now_ps
-                self.shared[5] += WORK_OF_A_CALL
+                self.shared[5] += work
                 return function(*arguments)
             except BaseException as error:
                 self.keep_error(error)

@@ -11,7 +11,7 @@ from typing import Any
 
 from fcu_emulator.emulator.cli.project import shown_exercises
 from fcu_emulator.emulator.errors import FcuError, InputError
-from fcu_emulator.emulator.grading.checked import as_checked
+from fcu_emulator.emulator.grading.exercise_result import as_checked
 from fcu_emulator.emulator.grading.judge import judge
 from fcu_emulator.emulator.grading.rubric import load_rubric
 from fcu_emulator.emulator.grading.verdict import Verdict

@@ -142,16 +142,7 @@ class RunRecord:
                 }
                 for note, count in notes(board)
             ],
-            "diagnoses": [
-                {
-                    "kind": one.kind,
-                    "summary": one.summary,
-                    "details": list(one.details),
-                    "fatal": one.fatal,
-                    "data": dict(one.data),
-                }
-                for one in self.diagnoses
-            ],
+            "diagnoses": [one.as_data() for one in self.diagnoses],
             "serial": [{"undelivered": link.undelivered(), "report": link.report()} for link in self._links],
             "expectations": self._expectations(),
             "unchecked": self.unchecked or None,

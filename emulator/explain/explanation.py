@@ -14,11 +14,10 @@ from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
 from fcu_emulator.emulator.chip.diagnosis.printing import PrintedLines
 from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
 from fcu_emulator.emulator.explain.alignment import Alignment, Formulas, Mistake, PrintedNumbers
-from fcu_emulator.emulator.explain.disassembly import instruction_text
 from fcu_emulator.emulator.explain.expression import Name, Number, names, text
 from fcu_emulator.emulator.explain.probe import POSES, InputRegister, Probe, Probed, WordUse, own_code
 from fcu_emulator.emulator.explain.search import ValueSearch
-from fcu_emulator.emulator.explain.source_text import source_text
+from fcu_emulator.emulator.explain.source_text import instruction_text, source_text
 from fcu_emulator.emulator.explain.states import States, WrongState
 from fcu_emulator.emulator.scenario.formats import NumberFormat
 

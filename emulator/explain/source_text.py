@@ -1,4 +1,4 @@
-"""The text of source lines, from the files beside a firmware's ELF file."""
+"""The text of source lines, from the files beside a firmware's ELF file, or else of instructions."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from fcu_emulator.emulator.chip.image import FirmwareImage
 from fcu_emulator.emulator.chip.image.lines import SourceLine
 from fcu_emulator.emulator.text import visible
 
+_LONGEST_INSTRUCTION: Final = 4  # bytes (ARMv7-M ARM A5.1)
 _LARGEST: Final = 1 << 20
 _LONGEST: Final = 90
 SOURCE_SUFFIXES: Final = frozenset({".c", ".h", ".cc", ".cpp", ".cxx", ".hpp", ".s", ".S", ".inc"})
@@ -40,3 +41,21 @@ def _line(file: Path, number: int) -> str:
     text = lines[number - 1].strip() if 0 < number <= len(lines) else ""
     is_statement = any(map(str.isalnum, text))  # false for the brace at a function's end
     return f"{file.name}:{number}: {visible(text)[:_LONGEST]}" if is_statement else ""
+
+
+def instruction_text(image: FirmwareImage, address: int) -> str:
+    """Return the instruction at an address in flash, such as ``vmul.f32 s1, s0, s16``.
+
+    Return "" without the package capstone (extra ``disassembly``), outside of the file's contents, and for
+    undefined instructions.
+    """
+    try:
+        import capstone
+    except ImportError:
+        return ""
+    code = image.code(address, _LONGEST_INSTRUCTION) or image.code(address, _LONGEST_INSTRUCTION // 2)
+    if code is None:
+        return ""
+    decoder = capstone.Cs(capstone.CS_ARCH_ARM, capstone.CS_MODE_THUMB | capstone.CS_MODE_MCLASS)
+    found = next(decoder.disasm_lite(bytes(code), address, 1), None)
+    return f"{found[2]} {found[3]}".rstrip() if found else ""

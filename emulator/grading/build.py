@@ -25,7 +25,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -36,6 +36,7 @@ from fcu_emulator.emulator.errors import InputError, NotJudgedError
 from fcu_emulator.emulator.grading.submissions import RejectedError, SubmittedFirmware, SubmittedSource
 from fcu_emulator.emulator.host.files import write_atomically
 from fcu_emulator.emulator.host.install_hints import how_to_install_all
+from fcu_emulator.emulator.host.process_group import kill_group
 from fcu_emulator.emulator.text import one_line, visible
 from fcu_emulator.firmware_model import arm
 
@@ -212,7 +213,7 @@ class Builder:
         self._stopped = True
         with self._processes_lock:
             for process in self._processes:
-                _kill(process)
+                kill_group(process)
 
     # -- earlier builds
 
@@ -346,13 +347,13 @@ class Builder:
             self._processes.add(process)
         try:
             if self._stopped:
-                _kill(process)
+                kill_group(process)
             code: int | None = process.wait(_LONGEST_S)
         except subprocess.TimeoutExpired:
             code = None
         finally:
             if process.poll() is None:
-                _kill(process)
+                kill_group(process)
                 process.wait()
             with self._processes_lock:
                 self._processes.discard(process)
@@ -361,12 +362,6 @@ class Builder:
 
 def _quoted(path: str) -> str:
     return shlex.quote(path).replace("$", "$$")
-
-
-def _kill(process: subprocess.Popen[bytes]) -> None:
-    if sys.platform != "win32":
-        with suppress(OSError):
-            os.killpg(process.pid, signal.SIGKILL)
 
 
 def _signals(file: Path) -> list[str]:

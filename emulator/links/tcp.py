@@ -10,8 +10,8 @@ Decision: the TCP port keeps output for the first reader, as the pseudo-terminal
 Decision: if a TCP reader closes the connection, or only its sending half, it counts as gone,
 because the two cases cannot be distinguished without a loss of bytes.
 
-Decision: when a TCP reader leaves, the bytes in its queue are lost; while there is no reader, sent
-text is lost as on a real wire.
+Decision: when a TCP reader leaves, the bytes in its queue are lost. Text that is
+sent without a reader is lost, as on a real wire.
 
 Decision: the sockets of the TCP port never block and are polled, so that no threads are needed.
 """

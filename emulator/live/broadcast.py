@@ -255,10 +255,7 @@ class Broadcast:
         seen = {one.summary: one for one in self.checked}
         for one in without_explained(explain(self._board, self._recorder), self.checked):
             seen.setdefault(one.summary, one)
-        found = [
-            {"kind": one.kind, "summary": one.summary, "details": list(one.details), "fatal": one.fatal}
-            for one in sorted(seen.values(), key=lambda one: not one.fatal)
-        ]
+        found = [one.as_data() for one in sorted(seen.values(), key=lambda one: not one.fatal)]
         if found != self._findings:
             self._findings = found
             self._publish(messages.Findings(found), None)

@@ -41,7 +41,7 @@ class LSM6DSLErrors(PartErrors):
     Values in Table 3 are typical. By section 4.6, the tolerance of the zero-g offset is a standard deviation;
     the tolerance of the sensitivity is a range.
     The figures of the gyroscope's bias instability and of the cross-axis sensitivity are those of the
-    ISM330DHCX. For the accelerometer's bias instability there is no source.
+    ISM330DHCX. No source states the accelerometer's bias instability, so it is assumed.
     """
 
     PART: ClassVar[str] = "LSM6DSL"

@@ -109,9 +109,12 @@ def set_up_source(bench: Bench, source: str) -> None:
         bench.channel(int(signal), PWM1, 40)
 
 
-@pytest.mark.parametrize(
+each_edge = pytest.mark.parametrize(
     ("edges", "starts"), [(RISING, [100, 200]), (FALLING, [40, 140]), (BOTH, [40, 100, 140, 200])]
 )
+
+
+@each_edge
 @pytest.mark.parametrize("source", REGULAR)
 def test_timer_starts_regular_conversion(bench: Bench, source: str, edges: int, starts: list[float]) -> None:
     set_up_source(bench, source)
@@ -120,9 +123,7 @@ def test_timer_starts_regular_conversion(bench: Bench, source: str, edges: int, 
     assert bench.adc.read(SR) & (STRT | JSTRT) == STRT
 
 
-@pytest.mark.parametrize(
-    ("edges", "starts"), [(RISING, [100, 200]), (FALLING, [40, 140]), (BOTH, [40, 100, 140, 200])]
-)
+@each_edge
 @pytest.mark.parametrize("source", INJECTED)
 def test_timer_starts_injected_conversion(bench: Bench, source: str, edges: int, starts: list[float]) -> None:
     set_up_source(bench, source)

@@ -15,12 +15,14 @@ from hypothesis import strategies as st
 
 from fcu_emulator import Board
 from fcu_emulator.emulator.chip.diagnosis.backtrace import CALLBACK
+from fcu_emulator.emulator.chip.firmware import Limits
 from fcu_emulator.emulator.chip.gdb.attach import serve
 from fcu_emulator.emulator.chip.gdb.core_target import CoreTarget
 from fcu_emulator.emulator.chip.gdb.target import HaltReason, Point, PointKind
 from fcu_emulator.emulator.chip.history import History
 from fcu_emulator.emulator.chip.memory_map import RAM, RAM_SIZE
 from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_US, to_ps
+from fcu_emulator.emulator.errors import FirmwareError
 from fcu_emulator.emulator.trace import TerminalBytes, TraceEvent
 from tests.support.arm.gdb_fakes import Client
 from tests.support.arm.recorded_cases import CASES
@@ -84,7 +86,7 @@ class Debugged:
 def debugged(board: Board) -> Iterator[Debugged]:
     chip = board.chip
     assert chip is not None
-    target = CoreTarget(chip.core, board.clock, board.run_until_ps, lambda: History(board, chip.core))
+    target = CoreTarget(chip.core, board.clock, board.run_until_ps, lambda: History(board, chip))
     target.attach()
     yield Debugged(board, target)
     target.release()
@@ -378,3 +380,27 @@ def test_server_answers_reverse_packets() -> None:
     client.close()
     server.close()
     board.close()
+
+
+# -- failures -------------------------------------------------------------------------------------------------
+
+
+def test_board_returns_from_failure() -> None:
+    """A limit ends the run. The states before the failure can be reached, and the run fails again."""
+    board = Board("solution", ideal=True)
+    assert board.chip is not None
+    board.chip.limits = Limits(instructions=70_000_000)
+    with debugged(board) as one:
+        begin = one.state()
+        with pytest.raises(FirmwareError):
+            one.run_until(3)
+        one.target.halt()
+        failed_ps = one.now_ps
+
+        assert one.target.reverse_step()
+        assert one.now_ps < failed_ps
+        assert one.back() is None
+        assert one.state() == begin
+        with pytest.raises(FirmwareError):
+            one.run_until(3)
+        assert one.now_ps >= failed_ps

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from fcu_emulator.emulator.agents import commands
-from fcu_emulator.emulator.agents.commands import Patience, run_fcu
+from fcu_emulator.emulator.agents.commands import TimeLimit, run_fcu
 from fcu_emulator.emulator.errors import InputError, NotJudgedError
 
 
@@ -27,7 +27,7 @@ def processes(monkeypatch: pytest.MonkeyPatch) -> list[subprocess.Popen[bytes]]:
 
 
 def test_command_returns_streams_and_code() -> None:
-    done = run_fcu(["run", "lab3", "--duration=1500ms", "--speed=max"], Patience(60))
+    done = run_fcu(["run", "lab3", "--duration=1500ms", "--speed=max"], TimeLimit(60))
 
     assert (done.code, done.lost) == (0, 0)
     assert "LAB3 Init..." in done.output
@@ -36,7 +36,7 @@ def test_command_returns_streams_and_code() -> None:
 
 
 def test_usage_error_is_raised_without_prefix() -> None:
-    done = run_fcu(["run", "no_such.elf"], Patience(60))
+    done = run_fcu(["run", "no_such.elf"], TimeLimit(60))
 
     with pytest.raises(InputError, match=r"^(?!fcu: ).*no_such\.elf"):
         done.raise_usage_error()
@@ -45,7 +45,7 @@ def test_usage_error_is_raised_without_prefix() -> None:
 def test_usage_error_of_click_is_one_line(tmp_path: Path) -> None:
     file = tmp_path / "file"
     file.touch()
-    done = run_fcu(["build", "--", str(file)], Patience(60))
+    done = run_fcu(["build", "--", str(file)], TimeLimit(60))
 
     with pytest.raises(InputError, match=r"^Invalid value for .* is a file\.$"):
         done.raise_usage_error()
@@ -53,17 +53,17 @@ def test_usage_error_of_click_is_one_line(tmp_path: Path) -> None:
 
 def test_slow_command_is_ended(processes: list[subprocess.Popen[bytes]]) -> None:
     with pytest.raises(NotJudgedError, match=r"fcu run did not end within 0\.2 s of wall time"):
-        run_fcu(["run", "solution", "--duration=100000s", "--speed=max"], Patience(0.2))
+        run_fcu(["run", "solution", "--duration=100000s", "--speed=max"], TimeLimit(0.2))
 
     (process,) = processes
     assert process.returncode is not None
 
 
 def test_cancelled_command_is_ended(processes: list[subprocess.Popen[bytes]]) -> None:
-    patience = Patience(1000)
-    patience.cancel()
+    limit = TimeLimit(1000)
+    limit.cancel()
     with pytest.raises(NotJudgedError):
-        run_fcu(["run", "solution", "--duration=100000s", "--speed=max"], patience)
+        run_fcu(["run", "solution", "--duration=100000s", "--speed=max"], limit)
 
     assert processes[0].returncode is not None
 
@@ -75,24 +75,24 @@ def test_command_that_ignores_request_is_killed(
     monkeypatch.setattr(commands, "_START", f"{ignores}; [0 for _ in iter(int, 1)]")
     monkeypatch.setattr(commands, "_END_S", 0.2)
     with pytest.raises(NotJudgedError):
-        run_fcu(["run"], Patience(1))
+        run_fcu(["run"], TimeLimit(1))
 
     assert processes[0].returncode is not None
 
 
 def test_long_output_is_cut_and_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(commands, "_START", "import sys; sys.stdout.write('x' * 3_000_000)")
-    done = run_fcu(["run"], Patience(60))
+    done = run_fcu(["run"], TimeLimit(60))
 
     assert done.output == "x" * (1 << 20)
     assert done.lost == 3_000_000 - (1 << 20)
 
 
 def test_time_limit_restarts_after_waiting() -> None:
-    patience = Patience(-1)
-    assert patience.over
-    patience.wall_s = 1000
-    patience.begin()
-    assert not patience.over
-    patience.cancel()
-    assert patience.over
+    limit = TimeLimit(-1)
+    assert limit.over
+    limit.wall_s = 1000
+    limit.begin()
+    assert not limit.over
+    limit.cancel()
+    assert limit.over

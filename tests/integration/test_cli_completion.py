@@ -109,7 +109,7 @@ def documented(shell: str) -> str:
     return str(line.replace("\\|", "|"))
 
 
-@pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash")
+@pytest.mark.skipif(shutil.which("bash") is None, reason="bash is not installed")
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
@@ -133,7 +133,7 @@ def test_bash_completes_after_documented_line(
     assert done.stdout.split() == expected
 
 
-@pytest.mark.skipif(shutil.which("fish") is None, reason="there is no fish")
+@pytest.mark.skipif(shutil.which("fish") is None, reason="fish is not installed")
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
@@ -161,7 +161,7 @@ def test_fish_completes_after_documented_line(
     assert [line.partition("\t")[0] for line in done.stdout.splitlines()] == expected
 
 
-@pytest.mark.skipif(shutil.which("zsh") is None, reason="there is no zsh")
+@pytest.mark.skipif(shutil.which("zsh") is None, reason="zsh is not installed")
 @pytest.mark.parametrize(
     ("typed", "expected"),
     [

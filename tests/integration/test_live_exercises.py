@@ -10,7 +10,7 @@ import pytest
 
 from fcu_emulator.emulator.cli.exercises import LabExercises, judged
 from fcu_emulator.emulator.errors import InputError
-from fcu_emulator.emulator.grading.checked import as_checked
+from fcu_emulator.emulator.grading.exercise_result import as_checked
 from fcu_emulator.emulator.grading.judge import judge
 from fcu_emulator.emulator.grading.rubric import load_rubric
 from fcu_emulator.emulator.live.messages import Checked

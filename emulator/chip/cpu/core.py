@@ -15,7 +15,6 @@ from fcu_emulator.emulator.chip.cpu.exceptions import CoreFault
 from fcu_emulator.emulator.chip.cpu.python_peripherals import PythonPeripherals
 from fcu_emulator.emulator.chip.library import (
     DEEP_WITH_CLOCKS,
-    WORK_OF_A_CALL,
     ChipStatus,
     ClocksTable,
     FcuChip,
@@ -413,7 +412,6 @@ class Core(FcuChip):
         self.on_stop_ended()
 
     def _accessed(self, address: int, size: int, written: int) -> None:
-        self.shared[5] -= WORK_OF_A_CALL  # the work of the debugger, not of the firmware
         self.on_access(address, size, bool(written))
 
 

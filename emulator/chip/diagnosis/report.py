@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal, NamedTuple, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S
 
@@ -54,6 +54,16 @@ class Diagnosis:
 
     def __str__(self) -> str:
         return "\n".join((self.summary, *(f"{_INDENT}{line}" for line in self.details)))
+
+    def as_data(self) -> dict[str, Any]:
+        """Return the diagnosis for JSON, without its time."""
+        return {
+            "kind": self.kind,
+            "summary": self.summary,
+            "details": list(self.details),
+            "fatal": self.fatal,
+            "data": dict(self.data),
+        }
 
 
 class Cause(NamedTuple):

@@ -37,7 +37,7 @@ def serve(board: DebuggedBoard, port: int, halted: bool = False) -> GdbServer:
             kind="no_chip",
         )
     core = firmware.chip.core
-    target = CoreTarget(core, board.clock, board.run_until_ps, lambda: History(board, core))
+    target = CoreTarget(core, board.clock, board.run_until_ps, lambda: History(board, firmware))
     monitor = Monitor(board.world, board.clock, core.all_peripherals, lambda: where(firmware), target.reset)
     return GdbServer(target, monitor, port, halted)
 

@@ -34,9 +34,9 @@ class ICSR(Word, addr=0xD04, reset=0x800):
 
     NMIPENDSET = Bits(31, doc="NMI is pending")
     PENDSVSET = Bits(28, doc="PendSV is pending")
-    PENDSVCLR = Bits(27, access="w", doc="PendSV is no longer pending")
+    PENDSVCLR = Bits(27, access="w", doc="clears the pending bit of PendSV")
     PENDSTSET = Bits(26, doc="SysTick is pending")
-    PENDSTCLR = Bits(25, access="w", doc="SysTick is no longer pending")
+    PENDSTCLR = Bits(25, access="w", doc="clears the pending bit of SysTick")
     ISRPREEMPT = Bits(
         23, access="r", modelled=False, doc="a pending exception is taken on leaving debug state"
     )

@@ -46,13 +46,4 @@ def _causes(verdict: Verdict, exercise: str) -> list[dict[str, Any]]:
     causes = (cause for run in verdict.evidence_of(exercise) for cause in run.causes)
     failed = [one for one in verdict.of(exercise) if one.max_points and one.outcome != "passed"]
     worst_first = relevant_causes(causes, failed)[:_MOST_CAUSES]
-    return [
-        {
-            "kind": one.kind,
-            "summary": one.summary,
-            "details": list(one.details[:_MOST_DETAILS]),
-            "fatal": one.fatal,
-            "data": one.data,
-        }
-        for one in worst_first
-    ]
+    return [{**one.model_dump(), "details": list(one.details[:_MOST_DETAILS])} for one in worst_first]
