@@ -10,7 +10,7 @@ from fractions import Fraction
 from functools import partial
 from typing import Final, NamedTuple
 
-from fcu_emulator.emulator.chip.cpu.core_registers import MASKS, CoreRegisters
+from fcu_emulator.emulator.chip.cpu.core_registers import MASKS, SPSEL, CoreRegisters
 from fcu_emulator.emulator.chip.cpu.exceptions import CoreFault
 from fcu_emulator.emulator.chip.cpu.python_peripherals import PythonPeripherals
 from fcu_emulator.emulator.chip.library import (
@@ -34,7 +34,6 @@ STANDBY: Final = "STANDBY"
 _REASONS: Final = ("", "SYSRESETREQ", "PIN", "IWDG", "WWDG", "power-on", STANDBY)
 """The reasons of enum ResetReason in run_loop.h, and the reasons that come from Python."""
 _THREAD_PRIORITY = 256
-_SPSEL = 1 << 1  # CONTROL: Thread mode uses the process stack
 _HALTED, _BY_WORK = 1, 3
 """Two values of enum Ended in run_loop.h."""
 _IGNORED_ACCESSES: Final = (
@@ -253,7 +252,7 @@ class Core(FcuChip):
     def uses_process_stack(self) -> bool:
         """Whether the core is in Thread mode and uses PSP (ARMv7-M ARM B1.4.1)."""
         *_, control = self._masks.read()
-        return bool(control & _SPSEL) and not self.handled
+        return bool(control & SPSEL) and not self.handled
 
     @property
     def pending(self) -> int:

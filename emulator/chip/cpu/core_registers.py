@@ -9,6 +9,9 @@ from typing import Protocol
 IT_BITS = 0x0600_FC00
 """ITSTATE in xPSR (ARMv7-M ARM B1.4.2)."""
 
+SPSEL = 1 << 1
+"""Bit of CONTROL: Thread mode uses the process stack (ARMv7-M ARM B1.4.4)."""
+
 CORE = (*(f"r{number}" for number in range(13)), "sp", "lr", "pc", "xpsr")
 MASKS = ("primask", "basepri", "faultmask", "control")
 FLOATING_POINT = (*(f"s{number}" for number in range(32)), "fpscr")

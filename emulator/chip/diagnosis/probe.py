@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from fcu_emulator.emulator.chip.cpu.bare_core import BareCore, Stop
 from fcu_emulator.emulator.chip.cpu.core import Core, Masks
-from fcu_emulator.emulator.chip.cpu.core_registers import EVERYTHING, CoreRegisters
+from fcu_emulator.emulator.chip.cpu.core_registers import EVERYTHING, SPSEL, CoreRegisters
 from fcu_emulator.emulator.chip.memory_map import RAM, RAM_SIZE
 from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, Peripheral
 from fcu_emulator.emulator.chip.registers import address_of, scb
@@ -21,7 +21,6 @@ _LONGEST_HANDLER = 5_000
 _BELOW = 0x200  # bytes below SP that a called function may use
 _ABOVE = 0x100  # bytes above SP in which a thread's functions keep their local variables
 _SP = 13
-_SPSEL = 1 << 1  # CONTROL: Thread mode uses the process stack
 _PROCESS_STACK, _TO_THREAD, _BASIC_FRAME = (
     1 << 2,
     1 << 3,
@@ -100,7 +99,7 @@ class Probe:
         end = frame + (_FRAME_BYTES if exc_return & _BASIC_FRAME else _FLOATING_FRAME_BYTES)
         end |= words[-1] >> 7 & 4  # bit 9 of xPSR: the frame is padded
         names = ("xpsr", "control", bank, "r0", "r1", "r2", "r3", "r12", "lr", "pc")
-        CoreRegisters(copy, names).write(words[-1], _SPSEL * self._in_thread, end, *words[:-1])
+        CoreRegisters(copy, names).write(words[-1], SPSEL * self._in_thread, end, *words[:-1])
         copy.thumb = True
         self._reads.clear()
         self._registers.clear()
