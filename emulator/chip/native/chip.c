@@ -198,7 +198,6 @@ void peripheral_write(Peripheral *peripheral, uint32_t offset, unsigned size, ui
   } else if (!peripheral_has_register(peripheral, peripheral->base + word)) {
     report_ignored(peripheral, word, WRITE_UNKNOWN, value << shift & mask);
   } else {
-    peripheral->active_ps = peripheral->chip->now_ps;
     peripheral->type->write(peripheral, word, value << shift & mask, mask);
   }
 }
@@ -272,18 +271,6 @@ int32_t fcu_is_pure(Chip *chip, int32_t index, uint32_t offset) {
   const Peripheral *peripheral = chip->peripherals[index];
   return !peripheral->type->is_pure || peripheral->type->is_pure(peripheral, offset);
 }
-
-int64_t fcu_next_change(const Chip *chip, int32_t index) {
-  int64_t next_ps = NEVER_PS;
-  for (int event = 0; event < chip->event_count; event++) {
-    if (chip->event_peripheral[event]->index == index && chip->event_ps[event] < next_ps) {
-      next_ps = chip->event_ps[event];
-    }
-  }
-  return next_ps;
-}
-
-int64_t fcu_active_ps(const Chip *chip, int32_t index) { return chip->peripherals[index]->active_ps; }
 
 void fcu_write_peripheral(Chip *chip, int32_t index, uint32_t offset, uint32_t value, uint32_t mask) {
   chip_settle(chip);
@@ -360,7 +347,6 @@ static void fire_earliest(Chip *chip) {
   chip->event_ps[earliest] = NEVER_PS;
   chip->scheduled &= ~(UINT64_C(1) << earliest);
   update_next_event(chip);
-  chip->event_peripheral[earliest]->active_ps = chip->now_ps;
   chip->event_fire[earliest](chip->event_peripheral[earliest]);
   chip->work += WORK_EVENT;
   cost->times++;

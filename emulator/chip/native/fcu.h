@@ -159,9 +159,6 @@ uint32_t fcu_read_peripheral(Chip *chip, int32_t index, uint32_t offset);
 uint32_t fcu_peek_peripheral(Chip *chip, int32_t index, uint32_t offset);
 /* Return 1 if a read has no side effect and the value does not change continuously. */
 int32_t fcu_is_pure(Chip *chip, int32_t index, uint32_t offset);
-/* Return the time of the peripheral's earliest event, and of its latest write or event. */
-int64_t fcu_next_change(const Chip *chip, int32_t index);
-int64_t fcu_active_ps(const Chip *chip, int32_t index);
 void fcu_write_peripheral(Chip *chip, int32_t index, uint32_t offset, uint32_t value, uint32_t mask);
 
 /* -- interrupt lines, alternate functions: chip.c ----------------------------------------------------- */
@@ -250,6 +247,10 @@ I2cWire *fcu_i2c_wire(Chip *chip, int32_t number);
 /* -- SPI: spi_line.c; spi: 0 for SPI1 -------------------------------------------------------------------- */
 
 /* Connect an SPI to the sensors' bus in Python. */
+/* index: of the peripheral. Return the end of the present frame, or NEVER_PS, and the time of the latest write or end
+ * of a frame. */
+int64_t fcu_spi_next_change(const Chip *chip, int32_t index);
+int64_t fcu_spi_active_ps(const Chip *chip, int32_t index);
 void fcu_connect_spi(Chip *chip, int32_t spi, const SpiCalls *calls);
 /* Add a sensor, at most SPI_SENSORS. target: a result of fcu_add_target(). */
 void fcu_add_spi_sensor(Chip *chip, int32_t spi, int32_t port, int32_t pin, int32_t target);

@@ -40,13 +40,13 @@ class Spi(NativePeripheral):
     """One SPI. A master clocks a byte only if firmware or DMA asks for it (RM0368 20.3.3)."""
 
     def next_change_ps(self) -> int:
-        at_ps: int = self._chip.library.fcu_next_change(self._chip.handle, self.index)
+        at_ps: int = self._chip.library.fcu_spi_next_change(self._chip.handle, self.index)
         return at_ps
 
     def quiet_since_ps(self) -> int | None:
         if not self.peek(_CR1) & _MSTR:
             return None
-        at_ps: int = self._chip.library.fcu_active_ps(self._chip.handle, self.index)
+        at_ps: int = self._chip.library.fcu_spi_active_ps(self._chip.handle, self.index)
         return at_ps
 
 

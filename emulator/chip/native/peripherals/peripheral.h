@@ -71,7 +71,6 @@ struct Peripheral {
   int32_t index;
   uint32_t noted;  /* reported notes: bit n is the note with id n */
   uint8_t clocked; /* set by RCC; without a clock, a peripheral reads as 0 and ignores writes */
-  int64_t active_ps; /* time of the latest write or event */
   uint32_t reads_since_write;
   uint8_t memory_like;      /* reads have no side effect; only events and writes change registers */
   uint32_t implemented[32]; /* bit n: a register exists at offset 4 * n, in the first 4 KB */

@@ -162,6 +162,7 @@ static void store(Spi *spi, uint32_t frame) {
 
 static void end_frame(Peripheral *peripheral) {
   Spi *spi = (Spi *)peripheral;
+  spi->active_ps = peripheral->chip->now_ps;
   spi->is_busy = false;
   bool listens = spi->shift == SPI_NOTHING || !(spi->cr1 & CR1_BIDIMODE);
   uint32_t frame = transfer_frame(spi);
@@ -321,6 +322,7 @@ static uint32_t spi_read(Peripheral *peripheral, uint32_t offset, int64_t *until
 static void spi_write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
   Spi *spi = (Spi *)peripheral;
   uint32_t old = spi->cr1;
+  spi->active_ps = peripheral->chip->now_ps;
   switch (offset) {
     case CR1:
       write_bits(&spi->cr1, value, mask, CR1_STORED);

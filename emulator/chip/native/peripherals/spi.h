@@ -82,6 +82,7 @@ typedef struct {
   int32_t configured_cr1; /* CR1 of the line's present settings */
   int64_t byte_ps;
   int64_t received_ps; /* end of the latest frame */
+  int64_t active_ps;   /* time of the latest write or end of a frame */
   int32_t event;
   SpiLine line;
 } Spi;

@@ -275,3 +275,11 @@ int32_t fcu_take_spi_unaddressed(Chip *chip, int32_t spi, SpiUnaddressed *unaddr
   }
   return index >= 0;
 }
+
+int64_t fcu_spi_next_change(const Chip *chip, int32_t index) {
+  return event_at(chip, ((const Spi *)chip->peripherals[index])->event);
+}
+
+int64_t fcu_spi_active_ps(const Chip *chip, int32_t index) {
+  return ((const Spi *)chip->peripherals[index])->active_ps;
+}
